@@ -1,0 +1,106 @@
+//! What the host said: meshes, instances, materials, textures, lights, sky and cameras.
+//!
+//! Ids are chosen by the host; adding an id that exists replaces it. Every slice is copied before the call returns.
+
+mod camera;
+
+
+pub use camera::Camera;
+
+
+/// A triangle mesh of one material set.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshDesc<'a> {
+    /// Chosen by the host.
+    pub id: u64,
+    /// Object-space positions in metres.
+    pub positions: &'a [[f32; 3]],
+    /// Texture coordinates, one per position, or empty. (0, 0) is the texture's first texel; repeats.
+    pub uvs: &'a [[f32; 2]],
+    /// Three per triangle; counter-clockwise seen from the front.
+    pub indices: &'a [u32],
+}
+
+/// A Lambertian material.
+#[derive(Clone, Copy, Debug)]
+pub struct MaterialDesc {
+    /// Chosen by the host.
+    pub id: u64,
+    /// Linear Rec.709 albedo, 0 to 1; multiplied with the texture; the product is clamped to 0.95.
+    pub base_color: [f32; 3],
+    /// Radiance that the front side emits (linear Rec.709, in the unit of the lights).
+    pub emission: [f32; 3],
+    /// A texture added in this or an earlier call.
+    pub base_color_texture: Option<u64>,
+}
+
+/// An 8-bit sRGB colour texture.
+#[derive(Clone, Copy, Debug)]
+pub struct TextureDesc<'a> {
+    /// Chosen by the host.
+    pub id: u64,
+    /// Texels per row, 1 to 16384.
+    pub width: u32,
+    /// Rows, 1 to 16384.
+    pub height: u32,
+    /// `width * height * 4` bytes, RGBA, rows from the top; colour sRGB-encoded, alpha ignored.
+    pub rgba8: &'a [u8],
+}
+
+/// A mesh placed in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct InstanceDesc {
+    /// Chosen by the host.
+    pub id: u64,
+    /// A mesh added in this or an earlier call.
+    pub mesh: u64,
+    /// A material added in this or an earlier call.
+    pub material: u64,
+    /// Columns of the linear part (rotation, scale, shear) of object to world.
+    pub linear: [[f32; 3]; 3],
+    /// World position of the object's origin in metres.
+    pub translation: [f64; 3],
+}
+
+/// A batch of changes, applied in the order: removals, textures, materials, meshes, instances.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MeshUpdate<'a> {
+    /// Instances to remove.
+    pub removed_instances: &'a [u64],
+    /// Meshes to remove; their instances must be gone.
+    pub removed_meshes: &'a [u64],
+    /// Textures to add or replace.
+    pub textures: &'a [TextureDesc<'a>],
+    /// Materials to add or replace.
+    pub materials: &'a [MaterialDesc],
+    /// Meshes to add or replace.
+    pub meshes: &'a [MeshDesc<'a>],
+    /// Instances to add, move or change.
+    pub instances: &'a [InstanceDesc],
+}
+
+/// A light that is not a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Light {
+    /// Parallel light.
+    Directional {
+        /// The direction in which the light travels; need not be normalised.
+        direction: [f32; 3],
+        /// Irradiance on a plane perpendicular to it, linear Rec.709.
+        irradiance: [f32; 3],
+    },
+    /// An isotropic point.
+    Point {
+        /// World position in metres.
+        position: [f64; 3],
+        /// Radiant intensity I: E = I cos / d^2.
+        intensity: [f32; 3],
+    },
+}
+
+/// Light from beyond the world.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sky {
+    /// Radiance from every direction that leaves the scene, linear Rec.709.
+    pub radiance: [f32; 3],
+}

@@ -1,0 +1,115 @@
+//! Quality knobs: unit, range, default, and what each costs.
+
+use crate::error::{Error, Result};
+
+/// How a ray hits an occupied voxel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum HitModel {
+    /// Where it crosses a stored face plane inside that face's coverage mask (accurate; default).
+    Plane = 0,
+    /// Where it enters the voxel's cube, as in the SIGGRAPH 2024 talk (kept for comparison).
+    Cube = 1,
+}
+
+/// Named points on the speed/accuracy curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Preset {
+    /// Fewest rays: phones at 60 Hz.
+    Low = 0,
+    /// The default.
+    Medium = 1,
+    /// More rays everywhere: desktop.
+    High = 2,
+    /// For screenshots and comparisons.
+    Ultra = 3,
+}
+
+/// Settings of a context. Fixed at creation unless said otherwise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Edge of a voxel in metres, 0.01 to 4; default 0.5. Memory and ray steps grow as it shrinks.
+    pub voxel_size: f32,
+    /// Shift of the voxel grid against the world's origin, in voxels per axis; default 0.
+    pub grid_offset: [f32; 3],
+    /// World covered, in groups of 32 voxels per axis; powers of two, 1 to 64; default 32 x 8 x 32
+    /// (512 x 128 x 512 m at 0.5 m, Y up). Costs 16 bytes a group.
+    pub coverage_groups: [u32; 3],
+    /// Upper limit of the world's device memory in bytes; default 28 MiB.
+    pub memory_budget: u64,
+    /// Bricks voxelised a frame while any are waiting, 1 to 4096; default 512. Costs nothing when none waits.
+    pub voxelize_bricks_per_frame: u32,
+    /// Voxel faces lit a frame, 64 to 4 194 304; default 131 072. The main cost of lighting.
+    pub light_faces_per_frame: u32,
+    /// Hemisphere rays a face shoots per lighting update, 0 to 64; default 4. 0 turns radiosity off.
+    pub bounce_rays: u32,
+    /// Shadow samples a face and light takes per lighting update, 1 to 16; default 2.
+    pub direct_samples: u32,
+    /// How a ray hits a voxel; default [`HitModel::Plane`].
+    pub hit_model: HitModel,
+    /// Pixels along the edge of a screen-probe tile: 8, 16 or 32; default 16.
+    pub probe_tile: u32,
+    /// Frames that the full-resolution temporal filter averages at most, 1 to 256; 1 turns it off; default 64.
+    pub temporal_frames: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            voxel_size: 0.5,
+            grid_offset: [0.0; 3],
+            coverage_groups: [32, 8, 32],
+            memory_budget: 28 << 20,
+            voxelize_bricks_per_frame: 512,
+            light_faces_per_frame: 131_072,
+            bounce_rays: 4,
+            direct_samples: 2,
+            hit_model: HitModel::Plane,
+            probe_tile: 16,
+            temporal_frames: 64,
+        }
+    }
+}
+
+impl Settings {
+    /// The settings of a preset; everything it does not name is the default.
+    pub fn preset(preset: Preset) -> Self {
+        let base = Self::default();
+        match preset {
+            Preset::Low => Self { bounce_rays: 2, light_faces_per_frame: 32_768, probe_tile: 32, ..base },
+            Preset::Medium => base,
+            Preset::High => Self { bounce_rays: 8, light_faces_per_frame: 262_144, probe_tile: 8, ..base },
+            Preset::Ultra => {
+                Self { bounce_rays: 16, light_faces_per_frame: 1 << 20, probe_tile: 8, temporal_frames: 256, ..base }
+            }
+        }
+    }
+
+    /// Checks every field against its range.
+    pub fn validate(&self) -> Result<()> {
+        let in_range = |ok: bool, text: &str| if ok { Ok(()) } else { Err(Error::invalid(text)) };
+        in_range((0.01..=4.0).contains(&self.voxel_size), "voxel_size must be 0.01 to 4 metres")?;
+        in_range(
+            self.grid_offset.iter().all(|v| v.is_finite() && v.abs() <= 1024.0),
+            "grid_offset must be finite and within 1024 voxels",
+        )?;
+        in_range(
+            self.coverage_groups.iter().all(|g| g.is_power_of_two() && *g <= 64),
+            "coverage_groups must be powers of two, 1 to 64",
+        )?;
+        in_range(self.memory_budget >= 1 << 20, "memory_budget must be at least 1 MiB")?;
+        in_range(
+            (1..=4096).contains(&self.voxelize_bricks_per_frame),
+            "voxelize_bricks_per_frame must be 1 to 4096",
+        )?;
+        in_range(
+            (64..=4_194_304).contains(&self.light_faces_per_frame),
+            "light_faces_per_frame must be 64 to 4194304",
+        )?;
+        in_range(self.bounce_rays <= 64, "bounce_rays must be 0 to 64")?;
+        in_range((1..=16).contains(&self.direct_samples), "direct_samples must be 1 to 16")?;
+        in_range(matches!(self.probe_tile, 8 | 16 | 32), "probe_tile must be 8, 16 or 32")?;
+        in_range((1..=256).contains(&self.temporal_frames), "temporal_frames must be 1 to 256")
+    }
+}
