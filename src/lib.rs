@@ -2,6 +2,7 @@
 //!
 //! Real-time diffuse global illumination for engines that already exist.
 
+pub mod capi;
 mod context;
 mod error;
 pub mod scene;
