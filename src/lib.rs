@@ -5,6 +5,7 @@
 //! gives back indirect irradiance. No baking, no ray-tracing hardware.
 
 mod bricks;
+pub mod capi;
 mod context;
 mod error;
 mod frame;

@@ -1,0 +1,654 @@
+/* SPDX-License-Identifier: MIT OR Apache-2.0
+
+brickgi: real-time diffuse global illumination for engines that already exist.
+
+The host links this library, hands over its Vulkan device, its meshes and its lights, and each frame gives a command
+buffer and a G-buffer; the library records compute work into it and the host gets an image of indirect light back.
+
+  once         bgiGetDeviceRequirements  before the VkDevice is made
+               bgiCreateContext          the world, on one VkDevice
+               bgiCreateView             a camera's probes and history
+  on a change  bgiUpdateMeshes, bgiSetLights
+  each frame   bgiSetCamera, then bgiDispatch between the host's G-buffer and its lighting pass
+  at the end   bgiDestroyContext         once the GPU has finished
+
+Units: metres, right-handed or left-handed as the host's data is; Y is up by the default coverage. Colours are linear
+Rec.709. Radiance and irradiance are in a unit of the host's choice, the same for all lights and for the output.
+
+Structs start with sType (which BGI_STRUCTURE_TYPE_* it is; anything else is refused) and pNext (NULL: this version has
+no extension structs; anything else is refused). They never grow: later versions add fields through pNext. Zero a struct
+first, then set sType and what you need.
+
+Memory: what a pointer leads to is copied before the call returns. Nothing that the library returns is to be freed.
+
+Threads: every function may be called on any thread. Calls on one context run one after another; calls on different
+contexts run at once. A command buffer is the host's to synchronise, as always.
+
+Errors: a negative BgiResult, and words in bgiGetLastError and in the log callback. After an error nothing of the call is
+in effect. NULL, stale and foreign handles, wrong structs and numbers out of range are errors and never crashes. What
+cannot be checked is the host's duty: that a pointer which is not NULL leads to as much memory as the API says, and that
+Vulkan handles are valid. */
+
+#ifndef BRICKGI_H
+#define BRICKGI_H
+
+/* Generated from src/capi by tests/header.rs (BRICKGI_BLESS=1 writes it anew): edit the comments there. */
+
+#include <stddef.h>
+#include <stdint.h>
+#include <vulkan/vulkan_core.h>
+
+/// Most elements in any array handed in. A larger count is refused with BGI_ERROR_INVALID_ARGUMENT.
+#define BGI_MAX_COUNT 67108864
+
+/// Largest edge of an image or texture in pixels.
+#define BGI_MAX_EXTENT 16384
+
+/// Bytes of a name in BgiPassTime and BgiResourceSize, its terminating zero included.
+#define BGI_NAME_SIZE 64
+
+/// Version of the API that this header describes: major << 22 | minor << 12 | patch.
+#define BGI_API_VERSION 4096
+
+/// Version of the ABI that this header describes. It changes only when a compiled host must be compiled again.
+#define BGI_ABI_VERSION 1
+
+/// What a BgiContext pretends to point at; there is no such object.
+typedef struct BgiContext_T BgiContext_T;
+
+/// What a BgiView pretends to point at; there is no such object.
+typedef struct BgiView_T BgiView_T;
+
+/// A context: the world (bricks, lighting) on one VkDevice. Made by bgiCreateContext, ended by bgiDestroyContext. A
+/// token and not an address: the library looks it up before it touches anything, and never uses one again.
+typedef struct BgiContext_T *BgiContext;
+
+/// What a call returns: BGI_SUCCESS (0), a warning (positive: the call did its work) or an error (negative: it did
+/// nothing). Test errors with `result < 0`. The words for it are in bgiGetLastError.
+typedef int32_t BgiResult;
+
+/// Says which struct a pointer leads to: one of BGI_STRUCTURE_TYPE_*. Values are never reused.
+typedef uint32_t BgiStructureType;
+
+/// A physical device to be judged. Every field is required.
+typedef struct BgiDeviceQuery {
+    /// BGI_STRUCTURE_TYPE_DEVICE_QUERY
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// The loader's entry point; every other function is fetched through it. The library never links the loader.
+    PFN_vkGetInstanceProcAddr getInstanceProcAddr;
+    /// Created for Vulkan 1.1 or newer.
+    VkInstance instance;
+    /// A physical device of `instance`.
+    VkPhysicalDevice physicalDevice;
+} BgiDeviceQuery;
+
+/// What the library needs of a device. Zero it, then set sType.
+typedef struct BgiDeviceRequirements {
+    /// BGI_STRUCTURE_TYPE_DEVICE_REQUIREMENTS
+    BgiStructureType sType;
+    /// NULL
+    void *pNext;
+    /// Out: lowest apiVersion that the instance and the device must have been created for, as VK_MAKE_API_VERSION.
+    uint32_t apiVersion;
+    /// Out: 1 where the physical device will do, else 0.
+    uint32_t supported;
+    /// In: bytes at `missing`. Out: bytes written, terminating zero included, or needed where `missing` is NULL.
+    uint32_t missingSize;
+    /// Optional: receives what the device lacks as text, one readable line each; empty where it will do.
+    char *missing;
+} BgiDeviceRequirements;
+
+/// A named point on the speed/accuracy curve: one of BGI_PRESET_*.
+typedef uint32_t BgiPreset;
+
+/// How a ray hits an occupied voxel: one of BGI_HIT_MODEL_*.
+typedef uint32_t BgiHitModel;
+
+/// Settings of a context, fixed at its creation. Fill it with bgiGetDefaultSettings, then change what you must.
+typedef struct BgiSettings {
+    /// BGI_STRUCTURE_TYPE_SETTINGS
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// Edge of a voxel in metres, 0.01 to 4; default 0.5. Memory and ray steps grow as it shrinks.
+    float voxelSize;
+    /// Shift of the voxel grid against the world's origin, in voxels per axis, -1024 to 1024; default 0.
+    float gridOffset[3];
+    /// World covered, in groups of 32 voxels per axis; powers of two, 1 to 64; default 32 x 8 x 32 (512 x 128 x 512 m
+    /// at 0.5 m, Y up). Costs 16 bytes a group.
+    uint32_t coverageGroups[3];
+    /// Bricks voxelised a frame while any are waiting, 1 to 4096; default 512. Costs nothing when none waits.
+    uint32_t voxelizeBricksPerFrame;
+    /// Upper limit of the world's device memory in bytes, at least 1 MiB; default 28 MiB.
+    uint64_t memoryBudget;
+    /// Voxel faces lit a frame, 64 to 4194304; default 131072. The main cost of lighting.
+    uint32_t lightFacesPerFrame;
+    /// Hemisphere rays a face shoots per lighting update, 0 to 64; default 4. 0 turns radiosity off.
+    uint32_t bounceRays;
+    /// Shadow samples a face and light takes per lighting update, 1 to 16; default 2.
+    uint32_t directSamples;
+    /// How a ray hits a voxel; default BGI_HIT_MODEL_PLANE.
+    BgiHitModel hitModel;
+    /// Pixels along the edge of a screen-probe tile: 8, 16 or 32; default 16.
+    uint32_t probeTile;
+    /// Frames that the full-resolution temporal filter averages at most, 1 to 256; 1 turns it off; default 64.
+    uint32_t temporalFrames;
+} BgiSettings;
+
+/// Severity of a log line: one of BGI_LOG_*.
+typedef uint32_t BgiLogSeverity;
+
+/// Receives the library's log lines: one line of UTF-8 without a line feed, valid during the call only. Called on the
+/// thread that made the API call, with no lock held: the library may be called from inside. Must return (no exception,
+/// no longjmp).
+typedef void (*BgiLogCallback)(void *userData, BgiLogSeverity severity, const char *message);
+
+/// What bgiCreateContext needs.
+typedef struct BgiContextCreateInfo {
+    /// BGI_STRUCTURE_TYPE_CONTEXT_CREATE_INFO
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// BGI_ABI_VERSION, of the header that the caller is compiled with.
+    uint32_t abiVersion;
+    /// Frames that the host may have on the GPU at once, 1 to 8. When bgiDispatch is called on a context for the n-th
+    /// time, the GPU must have finished with the command buffer of call n - framesInFlight (host that records several
+    /// views a frame: frames times views). The host's own frame fence gives this.
+    uint32_t framesInFlight;
+    /// The loader's entry point; required.
+    PFN_vkGetInstanceProcAddr getInstanceProcAddr;
+    /// Created for Vulkan 1.1 or newer; required. Must outlive the context, as `device` must.
+    VkInstance instance;
+    /// The physical device of `device`; required.
+    VkPhysicalDevice physicalDevice;
+    /// Created with what bgiGetDeviceRequirements asks for; required. None of its queues is ever touched.
+    VkDevice device;
+    /// Optional; NULL: the settings of BGI_PRESET_MEDIUM. Copied.
+    const struct BgiSettings *settings;
+    /// Optional; receives log lines, those of this call included, until the context is destroyed.
+    BgiLogCallback log;
+    /// Handed to `log` as it is; may be used on any thread that calls the library.
+    void *logUserData;
+} BgiContextCreateInfo;
+
+/// An 8-bit sRGB colour texture.
+typedef struct BgiTexture {
+    /// BGI_STRUCTURE_TYPE_TEXTURE
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// Chosen by the host; a texture that has it already is replaced.
+    uint64_t id;
+    /// Texels per row, 1 to 16384. 256 is plenty: a voxel sees an average.
+    uint32_t width;
+    /// Rows, 1 to 16384.
+    uint32_t height;
+    /// width * height * 4 bytes, RGBA, rows from the top; colour sRGB-encoded, alpha ignored. Copied.
+    const uint8_t *rgba8;
+} BgiTexture;
+
+/// A Lambertian material.
+typedef struct BgiMaterial {
+    /// BGI_STRUCTURE_TYPE_MATERIAL
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// Chosen by the host; a material that has it already is replaced.
+    uint64_t id;
+    /// Albedo, linear Rec.709, 0 to 1; multiplied with the texture; the product is clamped to 0.95.
+    float baseColor[3];
+    /// Radiance that the front side emits: linear Rec.709, 0 or more, in the unit of the lights.
+    float emission[3];
+    /// 1: baseColorTexture is used; 0: it is ignored.
+    uint32_t hasBaseColorTexture;
+    /// Id of a texture of this or an earlier update.
+    uint64_t baseColorTexture;
+} BgiMaterial;
+
+/// A triangle mesh.
+typedef struct BgiMesh {
+    /// BGI_STRUCTURE_TYPE_MESH
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// Chosen by the host; a mesh that has it already is replaced, in all its instances.
+    uint64_t id;
+    /// Positions, 1 to BGI_MAX_COUNT.
+    uint32_t vertexCount;
+    /// Three per triangle, 3 to BGI_MAX_COUNT.
+    uint32_t indexCount;
+    /// vertexCount times x, y, z in object space, metres, finite. Copied.
+    const float *positions;
+    /// Optional: vertexCount times u, v. (0, 0) is the corner of the texture's first texel; repeats. Copied.
+    const float *uvs;
+    /// indexCount indices, each below vertexCount; counter-clockwise seen from the front. Copied.
+    const uint32_t *indices;
+} BgiMesh;
+
+/// A mesh placed in the world.
+typedef struct BgiInstance {
+    /// BGI_STRUCTURE_TYPE_INSTANCE
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// Chosen by the host; an instance that has it already is moved or changed.
+    uint64_t id;
+    /// Id of a mesh of this or an earlier update.
+    uint64_t mesh;
+    /// Id of a material of this or an earlier update.
+    uint64_t material;
+    /// World position of the object's origin in metres, finite.
+    double translation[3];
+    /// Columns of the linear part (rotation, scale, shear) of object to world, finite: linear[column][row].
+    float linear[3][3];
+} BgiInstance;
+
+/// A batch of changes, applied in the order of the fields. Each array is optional: count 0. Ids are the host's own
+/// numbers, each kind with its own. Everything is copied before the call returns.
+typedef struct BgiMeshUpdate {
+    /// BGI_STRUCTURE_TYPE_MESH_UPDATE
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// Ids of instances to remove.
+    const uint64_t *removedInstances;
+    /// Ids of meshes to remove; their instances must be gone, at the latest by this update.
+    const uint64_t *removedMeshes;
+    /// Textures to add or replace.
+    const struct BgiTexture *textures;
+    /// Materials to add or replace.
+    const struct BgiMaterial *materials;
+    /// Meshes to add or replace.
+    const struct BgiMesh *meshes;
+    /// Instances to add, move or change.
+    const struct BgiInstance *instances;
+    /// Elements of removedInstances.
+    uint32_t removedInstanceCount;
+    /// Elements of removedMeshes.
+    uint32_t removedMeshCount;
+    /// Elements of textures.
+    uint32_t textureCount;
+    /// Elements of materials.
+    uint32_t materialCount;
+    /// Elements of meshes.
+    uint32_t meshCount;
+    /// Elements of instances.
+    uint32_t instanceCount;
+} BgiMeshUpdate;
+
+/// Kind of a light: one of BGI_LIGHT_TYPE_*.
+typedef uint32_t BgiLightType;
+
+/// A light that is not a surface. Fields of other types are ignored. Colours are linear Rec.709, 0 or more, finite;
+/// their unit is the host's choice, the same for all lights, emission and sky: the output has it too.
+typedef struct BgiLight {
+    /// BGI_STRUCTURE_TYPE_LIGHT
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// BGI_LIGHT_TYPE_*
+    BgiLightType lightType;
+    /// Directional: in which the light travels; not zero, need not be normalised.
+    float direction[3];
+    /// Directional: irradiance on a plane perpendicular to it.
+    float irradiance[3];
+    /// Point: radiant intensity I; irradiance is I cos / d^2.
+    float intensity[3];
+    /// Point: world position in metres.
+    double position[3];
+} BgiLight;
+
+/// All lights and the sky.
+typedef struct BgiLighting {
+    /// BGI_STRUCTURE_TYPE_LIGHTING
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// lightCount lights. Copied.
+    const struct BgiLight *lights;
+    /// Elements of `lights`; may be 0.
+    uint32_t lightCount;
+    /// Radiance from every direction that leaves the scene, linear Rec.709, 0 or more, finite.
+    float skyRadiance[3];
+} BgiLighting;
+
+/// What bgiCreateView needs.
+typedef struct BgiViewCreateInfo {
+    /// BGI_STRUCTURE_TYPE_VIEW_CREATE_INFO
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// Largest width of the view's images in pixels, 1 to BGI_MAX_EXTENT.
+    uint32_t width;
+    /// Largest height of the view's images in pixels, 1 to BGI_MAX_EXTENT.
+    uint32_t height;
+} BgiViewCreateInfo;
+
+/// A view: a camera with its own probes and history over the context's world. Made by bgiCreateView, ended by
+/// bgiDestroyView or with its context. A token, as BgiContext is.
+typedef struct BgiView_T *BgiView;
+
+/// A camera exactly as the G-buffer was rendered with it: any handedness; reverse, infinite, jittered or orthographic
+/// projection. Everything finite. A point p of the world is at projection * (viewRotation * (p - position)) in clip
+/// space.
+typedef struct BgiCamera {
+    /// BGI_STRUCTURE_TYPE_CAMERA
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// World position in metres.
+    double position[3];
+    /// Columns of the rotation from world to view space: viewRotation[column][row].
+    float viewRotation[3][3];
+    /// Columns of the projection from view space to Vulkan's clip space (y down in the framebuffer, depth 0 to 1):
+    /// projection[column][row].
+    float projection[4][4];
+} BgiCamera;
+
+/// One view's frame. Every field but pNext is required.
+///
+/// Images on entry, made so by the host's barrier: written and visible to VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with
+/// VK_ACCESS_SHADER_READ_BIT (depth, normal) or VK_ACCESS_SHADER_WRITE_BIT (output). On exit their layouts are as on
+/// entry, and `output` is last written in VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with VK_ACCESS_SHADER_WRITE_BIT: the
+/// host makes that visible to whatever reads it. Views are 2D, single-sampled, one level and one layer.
+typedef struct BgiDispatchInfo {
+    /// BGI_STRUCTURE_TYPE_DISPATCH_INFO
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// In the recording state, outside a render pass, primary or secondary, of a queue family with compute; executed in
+    /// the order of the bgiDispatch calls, on one queue or ordered by semaphores.
+    VkCommandBuffer commandBuffer;
+    /// Which view; it has a camera.
+    BgiView view;
+    /// Depth as rendered with the view's camera: depth aspect of a depth format, or VK_FORMAT_R32_SFLOAT. Usage
+    /// VK_IMAGE_USAGE_SAMPLED_BIT, layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL.
+    VkImageView depth;
+    /// World-space surface normal in xyz, towards the camera: a float or snorm format. Usage
+    /// VK_IMAGE_USAGE_SAMPLED_BIT, layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL.
+    VkImageView normal;
+    /// Receives the indirect irradiance E_ind in rgb (linear Rec.709, unit of the lights; multiply by albedo / pi) and
+    /// 1 in a; all 0 where nothing was drawn. Usage VK_IMAGE_USAGE_STORAGE_BIT, layout VK_IMAGE_LAYOUT_GENERAL. Every
+    /// pixel of the region is written and none is read: its contents on entry do not matter.
+    VkImageView output;
+    /// Format of `output`: VK_FORMAT_R16G16B16A16_SFLOAT or VK_FORMAT_R32G32B32A32_SFLOAT.
+    VkFormat outputFormat;
+    /// Value of `depth` where nothing was drawn: 1, or 0 with reverse depth.
+    float clearDepth;
+    /// Width of the rendered region, from the images' top left corner, in pixels; 1 to the view's width.
+    uint32_t width;
+    /// Height of the rendered region in pixels; 1 to the view's height.
+    uint32_t height;
+} BgiDispatchInfo;
+
+/// GPU time of one pass.
+typedef struct BgiPassTime {
+    /// The pass; UTF-8, ends with a zero.
+    char name[64];
+    /// Milliseconds by timestamps; all its dispatches of the frame summed.
+    double ms;
+} BgiPassTime;
+
+/// A device allocation.
+typedef struct BgiResourceSize {
+    /// What it holds; UTF-8, ends with a zero.
+    char name[64];
+    /// Bytes allocated.
+    uint64_t bytes;
+} BgiResourceSize;
+
+/// What a context holds and did. Times are those of the latest frame whose results have arrived. Zero it, then set
+/// sType and, where wanted, the arrays with their counts.
+typedef struct BgiStats {
+    /// BGI_STRUCTURE_TYPE_STATS
+    BgiStructureType sType;
+    /// NULL
+    void *pNext;
+    /// Out: GPU milliseconds of the whole recording; 0 without timestamps.
+    double frameMs;
+    /// Out: CPU milliseconds of the latest bgiDispatch.
+    double cpuMs;
+    /// Out: device memory of the world in bytes.
+    uint64_t worldBytes;
+    /// Out: device memory of all views in bytes.
+    uint64_t viewBytes;
+    /// Out: rays traced in the frame.
+    uint64_t rays;
+    /// Out: bgiDispatch calls so far.
+    uint64_t frames;
+    /// Out: bricks resident.
+    uint32_t bricks;
+    /// Out: bricks that should be resident and are not (waiting, or no memory).
+    uint32_t bricksMissing;
+    /// Out: lit voxel faces resident.
+    uint32_t faces;
+    /// Out: allocation units of 64 bytes in use by bricks.
+    uint32_t pages;
+    /// In: elements at `passes`. Out: elements written, or available where `passes` is NULL.
+    uint32_t passCount;
+    /// In: elements at `resources`. Out: elements written, or available where `resources` is NULL.
+    uint32_t resourceCount;
+    /// Optional: receives GPU times by pass, in recording order; none without timestamps.
+    struct BgiPassTime *passes;
+    /// Optional: receives every device allocation.
+    struct BgiResourceSize *resources;
+} BgiStats;
+
+/// Done.
+#define BGI_SUCCESS 0
+
+/// Warning: an array or text of the caller was too small; what fits was written.
+#define BGI_INCOMPLETE 1
+
+/// A value is outside its documented range, or a required pointer is NULL or misaligned; the text names the field.
+#define BGI_ERROR_INVALID_ARGUMENT -1
+
+/// A BgiContext or BgiView that is NULL, was never created, is destroyed already, or is another context's.
+#define BGI_ERROR_INVALID_HANDLE -2
+
+/// A struct whose sType is not the expected one, or whose pNext chain this version does not know.
+#define BGI_ERROR_INVALID_STRUCTURE -3
+
+/// A mesh, material, texture or instance id that does not exist (any more).
+#define BGI_ERROR_UNKNOWN_ID -4
+
+/// The device lacks something that the library needs; the text names it.
+#define BGI_ERROR_UNSUPPORTED_DEVICE -5
+
+/// Host or device memory, or the memory budget of the settings, is too small for what was asked.
+#define BGI_ERROR_OUT_OF_MEMORY -6
+
+/// VK_ERROR_DEVICE_LOST came from the device. Destroy the context, then the device.
+#define BGI_ERROR_DEVICE_LOST -7
+
+/// Another Vulkan call failed; the text names the call and its VkResult.
+#define BGI_ERROR_VULKAN -8
+
+/// The header that the caller was compiled with has another ABI than the library.
+#define BGI_ERROR_INCOMPATIBLE_ABI -9
+
+/// A fault of the library itself, stopped before it reached the caller. The context refuses everything from now on but
+/// being destroyed.
+#define BGI_ERROR_INTERNAL -10
+
+/// BgiSettings
+#define BGI_STRUCTURE_TYPE_SETTINGS 1
+
+/// BgiDeviceQuery
+#define BGI_STRUCTURE_TYPE_DEVICE_QUERY 2
+
+/// BgiDeviceRequirements
+#define BGI_STRUCTURE_TYPE_DEVICE_REQUIREMENTS 3
+
+/// BgiContextCreateInfo
+#define BGI_STRUCTURE_TYPE_CONTEXT_CREATE_INFO 4
+
+/// BgiMeshUpdate
+#define BGI_STRUCTURE_TYPE_MESH_UPDATE 5
+
+/// BgiTexture
+#define BGI_STRUCTURE_TYPE_TEXTURE 6
+
+/// BgiMaterial
+#define BGI_STRUCTURE_TYPE_MATERIAL 7
+
+/// BgiMesh
+#define BGI_STRUCTURE_TYPE_MESH 8
+
+/// BgiInstance
+#define BGI_STRUCTURE_TYPE_INSTANCE 9
+
+/// BgiLighting
+#define BGI_STRUCTURE_TYPE_LIGHTING 10
+
+/// BgiLight
+#define BGI_STRUCTURE_TYPE_LIGHT 11
+
+/// BgiViewCreateInfo
+#define BGI_STRUCTURE_TYPE_VIEW_CREATE_INFO 12
+
+/// BgiCamera
+#define BGI_STRUCTURE_TYPE_CAMERA 13
+
+/// BgiDispatchInfo
+#define BGI_STRUCTURE_TYPE_DISPATCH_INFO 14
+
+/// BgiStats
+#define BGI_STRUCTURE_TYPE_STATS 15
+
+/// A call failed; the line is what bgiGetLastError says.
+#define BGI_LOG_ERROR 1
+
+/// Something works, but not as the host may expect.
+#define BGI_LOG_WARNING 2
+
+/// Fewest rays: phones at 60 Hz.
+#define BGI_PRESET_LOW 0
+
+/// The default.
+#define BGI_PRESET_MEDIUM 1
+
+/// More rays everywhere: desktop.
+#define BGI_PRESET_HIGH 2
+
+/// For screenshots and comparisons.
+#define BGI_PRESET_ULTRA 3
+
+/// Where it crosses a stored face plane inside that face's coverage mask. Accurate; the default.
+#define BGI_HIT_MODEL_PLANE 0
+
+/// Where it enters the voxel's cube. Kept for comparison.
+#define BGI_HIT_MODEL_CUBE 1
+
+/// Parallel light: `direction` and `irradiance`.
+#define BGI_LIGHT_TYPE_DIRECTIONAL 1
+
+/// An isotropic point: `position` and `intensity`.
+#define BGI_LIGHT_TYPE_POINT 2
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/// API version of the library that was loaded, packed as BGI_API_VERSION is.
+uint32_t bgiGetVersion(void);
+
+/// ABI version of the library that was loaded. Compare with BGI_ABI_VERSION before any other call.
+uint32_t bgiGetAbiVersion(void);
+
+/// Copies the text of the latest call that failed: on `context`, whichever thread made it; with NULL (or a handle that
+/// is not live), the latest one that failed on this thread, on any context or none. Empty where there was none. A call
+/// that succeeds does not clear it.
+///
+/// @param text Optional; receives UTF-8 that always ends with a zero, cut to `capacity`.
+/// @param capacity Bytes at `text`.
+/// @return Length of the whole text in bytes, without its terminating zero.
+size_t bgiGetLastError(BgiContext context, char *text, size_t capacity);
+
+/// Name of a result code, for logs: "BGI_SUCCESS" and so on; "BGI_RESULT_UNKNOWN" for a code that this library does not
+/// have. The text is static.
+const char *bgiResultName(BgiResult result);
+
+/// Says whether a physical device will do, before a VkDevice is made on it. A device that will not do is no error of
+/// this call: `supported` is 0 and `missing` says why.
+///
+/// @return BGI_SUCCESS; BGI_INCOMPLETE where `missingSize` was too small; BGI_ERROR_INVALID_ARGUMENT,
+/// BGI_ERROR_INVALID_STRUCTURE, BGI_ERROR_OUT_OF_MEMORY or BGI_ERROR_VULKAN.
+BgiResult bgiGetDeviceRequirements(const struct BgiDeviceQuery *query, struct BgiDeviceRequirements *requirements);
+
+/// Fills the settings of a preset. `settings` must have its sType set and pNext NULL; the rest is overwritten.
+///
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+BgiResult bgiGetDefaultSettings(BgiPreset preset, struct BgiSettings *settings);
+
+/// Creates a context: pipelines and fixed tables. Records nothing, submits nothing. Takes some milliseconds, most of
+/// them in the driver's compiler.
+///
+/// @param context Receives the handle; NULL where the call fails. The caller owns it and ends it with
+/// bgiDestroyContext.
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE, BGI_ERROR_INCOMPATIBLE_ABI,
+/// BGI_ERROR_UNSUPPORTED_DEVICE, BGI_ERROR_OUT_OF_MEMORY, BGI_ERROR_DEVICE_LOST or BGI_ERROR_VULKAN; the text is in
+/// bgiGetLastError(NULL, ...).
+BgiResult bgiCreateContext(const struct BgiContextCreateInfo *info, BgiContext *context);
+
+/// Destroys a context and its views, and frees all their memory. The GPU must have finished with every command buffer
+/// that bgiDispatch recorded into, and the VkDevice must still exist (a lost device is fine). Waits for calls that
+/// other threads are making on the context; they and all later ones get BGI_ERROR_INVALID_HANDLE.
+///
+/// @return BGI_SUCCESS or BGI_ERROR_INVALID_HANDLE.
+BgiResult bgiDestroyContext(BgiContext context);
+
+/// Adds, replaces, moves or removes what the world is made of. On an error nothing of the batch is applied. Records
+/// nothing: the GPU work is done by the following bgiDispatch calls, a bounded amount each.
+///
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
+/// BGI_ERROR_UNKNOWN_ID or BGI_ERROR_OUT_OF_MEMORY.
+BgiResult bgiUpdateMeshes(BgiContext context, const struct BgiMeshUpdate *update);
+
+/// Replaces all lights and the sky for the following dispatches. Records nothing.
+///
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+BgiResult bgiSetLights(BgiContext context, const struct BgiLighting *lighting);
+
+/// Creates a view: probes and history for images of up to the given size. Needs a camera (bgiSetCamera) before its
+/// first dispatch.
+///
+/// @param view Receives the handle; NULL where the call fails. The context owns it.
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
+/// BGI_ERROR_OUT_OF_MEMORY, BGI_ERROR_DEVICE_LOST or BGI_ERROR_VULKAN.
+BgiResult bgiCreateView(BgiContext context, const struct BgiViewCreateInfo *info, BgiView *view);
+
+/// Destroys a view and frees its memory. The GPU must have finished with every command buffer into which bgiDispatch
+/// recorded it.
+///
+/// @return BGI_SUCCESS or BGI_ERROR_INVALID_HANDLE.
+BgiResult bgiDestroyView(BgiContext context, BgiView view);
+
+/// Sets a view's camera for its following dispatches. Records nothing.
+///
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+BgiResult bgiSetCamera(BgiContext context, BgiView view, const struct BgiCamera *camera);
+
+/// Records one view's frame into the host's command buffer: queued bricks, lighting, probes, resolve. Compute only;
+/// valid in secondary command buffers; no queue is touched and nothing is waited for. Clobbered and not restored: the
+/// compute pipeline, compute descriptor sets and push constants. Barriers for the library's own buffers are its own.
+/// The handles in `info` must stay valid until the GPU has finished with the command buffer.
+///
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
+/// BGI_ERROR_OUT_OF_MEMORY, BGI_ERROR_DEVICE_LOST or BGI_ERROR_VULKAN. After an error the host submits the command
+/// buffer or drops it as it likes.
+BgiResult bgiDispatch(BgiContext context, const struct BgiDispatchInfo *info);
+
+/// Reports without waiting for the GPU.
+///
+/// @return BGI_SUCCESS; BGI_INCOMPLETE where an array was too small; BGI_ERROR_INVALID_HANDLE,
+/// BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+BgiResult bgiGetStats(BgiContext context, struct BgiStats *stats);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* BRICKGI_H */

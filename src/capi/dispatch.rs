@@ -1,0 +1,94 @@
+//! Recording a frame.
+
+use super::device::check_vulkan_handle;
+use super::guard::{Failure, guard_context};
+use super::input::{self, structure_types};
+use super::types::*;
+use super::vk::*;
+use crate::context::FrameInputs;
+use std::ffi::c_void;
+
+/// One view's frame. Every field but pNext is required.
+///
+/// Images on entry, made so by the host's barrier: written and visible to VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with
+/// VK_ACCESS_SHADER_READ_BIT (depth, normal) or VK_ACCESS_SHADER_WRITE_BIT (output). On exit their layouts are as on
+/// entry, and `output` is last written in VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with VK_ACCESS_SHADER_WRITE_BIT: the
+/// host makes that visible to whatever reads it. Views are 2D, single-sampled, one level and one layer.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct BgiDispatchInfo {
+    /// BGI_STRUCTURE_TYPE_DISPATCH_INFO
+    pub s_type: BgiStructureType,
+    /// NULL
+    pub p_next: *const c_void,
+    /// In the recording state, outside a render pass, primary or secondary, of a queue family with compute; executed in
+    /// the order of the bgiDispatch calls, on one queue or ordered by semaphores.
+    pub command_buffer: VkCommandBuffer,
+    /// Which view; it has a camera.
+    pub view: BgiView,
+    /// Depth as rendered with the view's camera: depth aspect of a depth format, or VK_FORMAT_R32_SFLOAT. Usage
+    /// VK_IMAGE_USAGE_SAMPLED_BIT, layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL.
+    pub depth: VkImageView,
+    /// World-space surface normal in xyz, towards the camera: a float or snorm format. Usage
+    /// VK_IMAGE_USAGE_SAMPLED_BIT, layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL.
+    pub normal: VkImageView,
+    /// Receives the indirect irradiance E_ind in rgb (linear Rec.709, unit of the lights; multiply by albedo / pi) and
+    /// 1 in a; all 0 where nothing was drawn. Usage VK_IMAGE_USAGE_STORAGE_BIT, layout VK_IMAGE_LAYOUT_GENERAL. Every
+    /// pixel of the region is written and none is read: its contents on entry do not matter.
+    pub output: VkImageView,
+    /// Format of `output`: VK_FORMAT_R16G16B16A16_SFLOAT or VK_FORMAT_R32G32B32A32_SFLOAT.
+    pub output_format: VkFormat,
+    /// Value of `depth` where nothing was drawn: 1, or 0 with reverse depth.
+    pub clear_depth: f32,
+    /// Width of the rendered region, from the images' top left corner, in pixels; 1 to the view's width.
+    pub width: u32,
+    /// Height of the rendered region in pixels; 1 to the view's height.
+    pub height: u32,
+}
+
+structure_types! { BgiDispatchInfo = BGI_STRUCTURE_TYPE_DISPATCH_INFO }
+
+/// Records one view's frame into the host's command buffer: queued bricks, lighting, probes, resolve. Compute only;
+/// valid in secondary command buffers; no queue is touched and nothing is waited for. Clobbered and not restored: the
+/// compute pipeline, compute descriptor sets and push constants. Barriers for the library's own buffers are its own.
+/// The handles in `info` must stay valid until the GPU has finished with the command buffer.
+///
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
+/// BGI_ERROR_OUT_OF_MEMORY, BGI_ERROR_DEVICE_LOST or BGI_ERROR_VULKAN. After an error the host submits the command
+/// buffer or drops it as it likes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bgiDispatch(context: BgiContext, info: *const BgiDispatchInfo) -> BgiResult {
+    guard_context(context, |state| {
+        // SAFETY: the header asks for a readable struct.
+        let info = unsafe { input::structure(info)? };
+        let view = state.view(info.view)?;
+        check_vulkan_handle(info.command_buffer, "commandBuffer")?;
+        check_vulkan_handle(info.depth, "depth")?;
+        check_vulkan_handle(info.normal, "normal")?;
+        check_vulkan_handle(info.output, "output")?;
+        input::check_extent(info.width, info.height, "dispatch")?;
+        input::check_finite([info.clear_depth], "clearDepth")?;
+        let output_float32 = match info.output_format {
+            VkFormat::R16G16B16A16_SFLOAT => false,
+            VkFormat::R32G32B32A32_SFLOAT => true,
+            other => {
+                let text = "R16G16B16A16_SFLOAT and R32G32B32A32_SFLOAT are possible";
+                return Err(Failure::argument(format!("outputFormat is {}; {text}", other.as_raw())));
+            }
+        };
+        let inputs = FrameInputs {
+            command_buffer: info.command_buffer,
+            view,
+            depth: info.depth,
+            clear_depth: info.clear_depth,
+            normal: info.normal,
+            output: info.output,
+            output_float32,
+            width: info.width,
+            height: info.height,
+        };
+        // SAFETY: the header asks for valid Vulkan handles as documented at each field; none is NULL.
+        unsafe { state.context.dispatch(&inputs)? };
+        Ok(BGI_SUCCESS)
+    })
+}

@@ -1,0 +1,229 @@
+//! What the world is made of.
+
+use super::guard::{Failure, guard_context};
+use super::input::{self, structure_types};
+use super::types::*;
+use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, TextureDesc};
+use std::ffi::c_void;
+
+/// An 8-bit sRGB colour texture.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BgiTexture {
+    /// BGI_STRUCTURE_TYPE_TEXTURE
+    pub s_type: BgiStructureType,
+    /// NULL
+    pub p_next: *const c_void,
+    /// Chosen by the host; a texture that has it already is replaced.
+    pub id: u64,
+    /// Texels per row, 1 to 16384. 256 is plenty: a voxel sees an average.
+    pub width: u32,
+    /// Rows, 1 to 16384.
+    pub height: u32,
+    /// width * height * 4 bytes, RGBA, rows from the top; colour sRGB-encoded, alpha ignored. Copied.
+    pub rgba8: *const u8,
+}
+
+/// A Lambertian material.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BgiMaterial {
+    /// BGI_STRUCTURE_TYPE_MATERIAL
+    pub s_type: BgiStructureType,
+    /// NULL
+    pub p_next: *const c_void,
+    /// Chosen by the host; a material that has it already is replaced.
+    pub id: u64,
+    /// Albedo, linear Rec.709, 0 to 1; multiplied with the texture; the product is clamped to 0.95.
+    pub base_color: [f32; 3],
+    /// Radiance that the front side emits: linear Rec.709, 0 or more, in the unit of the lights.
+    pub emission: [f32; 3],
+    /// 1: baseColorTexture is used; 0: it is ignored.
+    pub has_base_color_texture: u32,
+    /// Id of a texture of this or an earlier update.
+    pub base_color_texture: u64,
+}
+
+/// A triangle mesh.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BgiMesh {
+    /// BGI_STRUCTURE_TYPE_MESH
+    pub s_type: BgiStructureType,
+    /// NULL
+    pub p_next: *const c_void,
+    /// Chosen by the host; a mesh that has it already is replaced, in all its instances.
+    pub id: u64,
+    /// Positions, 1 to BGI_MAX_COUNT.
+    pub vertex_count: u32,
+    /// Three per triangle, 3 to BGI_MAX_COUNT.
+    pub index_count: u32,
+    /// vertexCount times x, y, z in object space, metres, finite. Copied.
+    pub positions: *const f32,
+    /// Optional: vertexCount times u, v. (0, 0) is the corner of the texture's first texel; repeats. Copied.
+    pub uvs: *const f32,
+    /// indexCount indices, each below vertexCount; counter-clockwise seen from the front. Copied.
+    pub indices: *const u32,
+}
+
+/// A mesh placed in the world.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BgiInstance {
+    /// BGI_STRUCTURE_TYPE_INSTANCE
+    pub s_type: BgiStructureType,
+    /// NULL
+    pub p_next: *const c_void,
+    /// Chosen by the host; an instance that has it already is moved or changed.
+    pub id: u64,
+    /// Id of a mesh of this or an earlier update.
+    pub mesh: u64,
+    /// Id of a material of this or an earlier update.
+    pub material: u64,
+    /// World position of the object's origin in metres, finite.
+    pub translation: [f64; 3],
+    /// Columns of the linear part (rotation, scale, shear) of object to world, finite: linear[column][row].
+    pub linear: [[f32; 3]; 3],
+}
+
+/// A batch of changes, applied in the order of the fields. Each array is optional: count 0. Ids are the host's own
+/// numbers, each kind with its own. Everything is copied before the call returns.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BgiMeshUpdate {
+    /// BGI_STRUCTURE_TYPE_MESH_UPDATE
+    pub s_type: BgiStructureType,
+    /// NULL
+    pub p_next: *const c_void,
+    /// Ids of instances to remove.
+    pub removed_instances: *const u64,
+    /// Ids of meshes to remove; their instances must be gone, at the latest by this update.
+    pub removed_meshes: *const u64,
+    /// Textures to add or replace.
+    pub textures: *const BgiTexture,
+    /// Materials to add or replace.
+    pub materials: *const BgiMaterial,
+    /// Meshes to add or replace.
+    pub meshes: *const BgiMesh,
+    /// Instances to add, move or change.
+    pub instances: *const BgiInstance,
+    /// Elements of removedInstances.
+    pub removed_instance_count: u32,
+    /// Elements of removedMeshes.
+    pub removed_mesh_count: u32,
+    /// Elements of textures.
+    pub texture_count: u32,
+    /// Elements of materials.
+    pub material_count: u32,
+    /// Elements of meshes.
+    pub mesh_count: u32,
+    /// Elements of instances.
+    pub instance_count: u32,
+}
+
+structure_types! {
+    BgiTexture = BGI_STRUCTURE_TYPE_TEXTURE,
+    BgiMaterial = BGI_STRUCTURE_TYPE_MATERIAL,
+    BgiMesh = BGI_STRUCTURE_TYPE_MESH,
+    BgiInstance = BGI_STRUCTURE_TYPE_INSTANCE,
+    BgiMeshUpdate = BGI_STRUCTURE_TYPE_MESH_UPDATE,
+}
+
+impl BgiTexture {
+    /// # Safety
+    /// `rgba8` leads to as many readable bytes as the header says.
+    unsafe fn desc<'a>(&self, index: usize) -> Result<TextureDesc<'a>, Failure> {
+        let field = format!("textures[{index}]");
+        input::check_extent(self.width, self.height, &field)?;
+        let bytes = self.width as usize * self.height as usize * 4;
+        // SAFETY: the caller's promise; the extent's limit keeps the product within 1 GiB.
+        let rgba8 = unsafe { input::memory(self.rgba8, bytes, &format!("{field}.rgba8"))? };
+        Ok(TextureDesc { id: self.id, width: self.width, height: self.height, rgba8 })
+    }
+}
+
+impl BgiMaterial {
+    fn desc(&self, index: usize) -> Result<MaterialDesc, Failure> {
+        input::check_finite(self.base_color, &format!("materials[{index}].baseColor"))?;
+        input::check_finite(self.emission, &format!("materials[{index}].emission"))?;
+        let base_color_texture = match self.has_base_color_texture {
+            0 => None,
+            1 => Some(self.base_color_texture),
+            other => {
+                let text = format!("materials[{index}].hasBaseColorTexture is {other}; it must be 0 or 1");
+                return Err(Failure::argument(text));
+            }
+        };
+        Ok(MaterialDesc { id: self.id, base_color: self.base_color, emission: self.emission, base_color_texture })
+    }
+}
+
+impl BgiMesh {
+    /// # Safety
+    /// The arrays are readable and as long as the header says.
+    unsafe fn desc<'a>(&self, index: usize) -> Result<MeshDesc<'a>, Failure> {
+        let field = |name: &str| format!("meshes[{index}].{name}");
+        if self.vertex_count == 0 || self.index_count == 0 || !self.index_count.is_multiple_of(3) {
+            let text = format!("meshes[{index}]: vertexCount {}, indexCount {}", self.vertex_count, self.index_count);
+            return Err(Failure::argument(text + "; neither may be 0, and three indices make a triangle"));
+        }
+        // SAFETY: the caller's promise; any bits are a valid f32 or u32.
+        unsafe {
+            let positions = input::slice(self.positions.cast(), self.vertex_count, &field("positions"))?;
+            let uv_count = if self.uvs.is_null() { 0 } else { self.vertex_count };
+            let uvs = input::slice(self.uvs.cast(), uv_count, &field("uvs"))?;
+            let indices = input::slice(self.indices, self.index_count, &field("indices"))?;
+            Ok(MeshDesc { id: self.id, positions, uvs, indices })
+        }
+    }
+}
+
+impl BgiInstance {
+    fn desc(&self, index: usize) -> Result<InstanceDesc, Failure> {
+        input::check_finite(self.linear.into_iter().flatten(), &format!("instances[{index}].linear"))?;
+        input::check_finite(self.translation, &format!("instances[{index}].translation"))?;
+        let Self { id, mesh, material, linear, translation, .. } = *self;
+        Ok(InstanceDesc { id, mesh, material, linear, translation })
+    }
+}
+
+/// Every element as the core takes it, or the first failure.
+fn describe<T, D>(items: &[T], desc: impl Fn(&T, usize) -> Result<D, Failure>) -> Result<Vec<D>, Failure> {
+    items.iter().enumerate().map(|(index, item)| desc(item, index)).collect()
+}
+
+/// Adds, replaces, moves or removes what the world is made of. On an error nothing of the batch is applied. Records
+/// nothing: the GPU work is done by the following bgiDispatch calls, a bounded amount each.
+///
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
+/// BGI_ERROR_UNKNOWN_ID or BGI_ERROR_OUT_OF_MEMORY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bgiUpdateMeshes(context: BgiContext, update: *const BgiMeshUpdate) -> BgiResult {
+    guard_context(context, |state| {
+        // SAFETY: the header asks for readable structs and arrays, as long as their counts say.
+        unsafe {
+            let update = input::structure(update)?;
+            let textures = input::structures(update.textures, update.texture_count, "textures")?;
+            let materials = input::structures(update.materials, update.material_count, "materials")?;
+            let meshes = input::structures(update.meshes, update.mesh_count, "meshes")?;
+            let instances = input::structures(update.instances, update.instance_count, "instances")?;
+            let textures = describe(textures, |texture, index| texture.desc(index))?;
+            let materials = describe(materials, BgiMaterial::desc)?;
+            let meshes = describe(meshes, |mesh, index| mesh.desc(index))?;
+            let instances = describe(instances, BgiInstance::desc)?;
+            state.context.update_meshes(&MeshUpdate {
+                removed_instances: input::slice(
+                    update.removed_instances,
+                    update.removed_instance_count,
+                    "removedInstances",
+                )?,
+                removed_meshes: input::slice(update.removed_meshes, update.removed_mesh_count, "removedMeshes")?,
+                textures: &textures,
+                materials: &materials,
+                meshes: &meshes,
+                instances: &instances,
+            })?;
+        }
+        Ok(BGI_SUCCESS)
+    })
+}

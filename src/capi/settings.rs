@@ -1,0 +1,138 @@
+//! Quality knobs.
+
+use super::guard::{Failure, guard};
+use super::input::{self, Structure, structure_types};
+use super::types::*;
+use crate::settings::{HitModel, Preset, Settings};
+use std::ffi::c_void;
+
+/// A named point on the speed/accuracy curve: one of BGI_PRESET_*.
+pub type BgiPreset = u32;
+/// Fewest rays: phones at 60 Hz.
+pub const BGI_PRESET_LOW: BgiPreset = 0;
+/// The default.
+pub const BGI_PRESET_MEDIUM: BgiPreset = 1;
+/// More rays everywhere: desktop.
+pub const BGI_PRESET_HIGH: BgiPreset = 2;
+/// For screenshots and comparisons.
+pub const BGI_PRESET_ULTRA: BgiPreset = 3;
+
+/// How a ray hits an occupied voxel: one of BGI_HIT_MODEL_*.
+pub type BgiHitModel = u32;
+/// Where it crosses a stored face plane inside that face's coverage mask. Accurate; the default.
+pub const BGI_HIT_MODEL_PLANE: BgiHitModel = 0;
+/// Where it enters the voxel's cube. Kept for comparison.
+pub const BGI_HIT_MODEL_CUBE: BgiHitModel = 1;
+
+/// Settings of a context, fixed at its creation. Fill it with bgiGetDefaultSettings, then change what you must.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BgiSettings {
+    /// BGI_STRUCTURE_TYPE_SETTINGS
+    pub s_type: BgiStructureType,
+    /// NULL
+    pub p_next: *const c_void,
+    /// Edge of a voxel in metres, 0.01 to 4; default 0.5. Memory and ray steps grow as it shrinks.
+    pub voxel_size: f32,
+    /// Shift of the voxel grid against the world's origin, in voxels per axis, -1024 to 1024; default 0.
+    pub grid_offset: [f32; 3],
+    /// World covered, in groups of 32 voxels per axis; powers of two, 1 to 64; default 32 x 8 x 32 (512 x 128 x 512 m
+    /// at 0.5 m, Y up). Costs 16 bytes a group.
+    pub coverage_groups: [u32; 3],
+    /// Bricks voxelised a frame while any are waiting, 1 to 4096; default 512. Costs nothing when none waits.
+    pub voxelize_bricks_per_frame: u32,
+    /// Upper limit of the world's device memory in bytes, at least 1 MiB; default 28 MiB.
+    pub memory_budget: u64,
+    /// Voxel faces lit a frame, 64 to 4194304; default 131072. The main cost of lighting.
+    pub light_faces_per_frame: u32,
+    /// Hemisphere rays a face shoots per lighting update, 0 to 64; default 4. 0 turns radiosity off.
+    pub bounce_rays: u32,
+    /// Shadow samples a face and light takes per lighting update, 1 to 16; default 2.
+    pub direct_samples: u32,
+    /// How a ray hits a voxel; default BGI_HIT_MODEL_PLANE.
+    pub hit_model: BgiHitModel,
+    /// Pixels along the edge of a screen-probe tile: 8, 16 or 32; default 16.
+    pub probe_tile: u32,
+    /// Frames that the full-resolution temporal filter averages at most, 1 to 256; 1 turns it off; default 64.
+    pub temporal_frames: u32,
+}
+
+structure_types! { BgiSettings = BGI_STRUCTURE_TYPE_SETTINGS }
+
+impl From<Settings> for BgiSettings {
+    fn from(from: Settings) -> Self {
+        Self {
+            s_type: Self::TYPE,
+            p_next: std::ptr::null(),
+            voxel_size: from.voxel_size,
+            grid_offset: from.grid_offset,
+            coverage_groups: from.coverage_groups,
+            voxelize_bricks_per_frame: from.voxelize_bricks_per_frame,
+            memory_budget: from.memory_budget,
+            light_faces_per_frame: from.light_faces_per_frame,
+            bounce_rays: from.bounce_rays,
+            direct_samples: from.direct_samples,
+            hit_model: from.hit_model as u32,
+            probe_tile: from.probe_tile,
+            temporal_frames: from.temporal_frames,
+        }
+    }
+}
+
+impl BgiSettings {
+    /// Ranges are checked by [`Settings::validate`]; only what a Rust type cannot hold is refused here.
+    pub(super) fn settings(&self) -> Result<Settings, Failure> {
+        Ok(Settings {
+            voxel_size: self.voxel_size,
+            grid_offset: self.grid_offset,
+            coverage_groups: self.coverage_groups,
+            memory_budget: self.memory_budget,
+            voxelize_bricks_per_frame: self.voxelize_bricks_per_frame,
+            light_faces_per_frame: self.light_faces_per_frame,
+            bounce_rays: self.bounce_rays,
+            direct_samples: self.direct_samples,
+            hit_model: match self.hit_model {
+                BGI_HIT_MODEL_PLANE => HitModel::Plane,
+                BGI_HIT_MODEL_CUBE => HitModel::Cube,
+                other => return Err(Failure::argument(format!("hitModel: {other} is no BGI_HIT_MODEL_*"))),
+            },
+            probe_tile: self.probe_tile,
+            temporal_frames: self.temporal_frames,
+        })
+    }
+}
+
+/// Fills the settings of a preset. `settings` must have its sType set and pNext NULL; the rest is overwritten.
+///
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bgiGetDefaultSettings(preset: BgiPreset, settings: *mut BgiSettings) -> BgiResult {
+    guard(|| {
+        // SAFETY: the header asks for a writable struct with its head filled in.
+        let out = unsafe { input::structure_mut(settings)? };
+        let preset = match preset {
+            BGI_PRESET_LOW => Preset::Low,
+            BGI_PRESET_MEDIUM => Preset::Medium,
+            BGI_PRESET_HIGH => Preset::High,
+            BGI_PRESET_ULTRA => Preset::Ultra,
+            other => return Err(Failure::argument(format!("preset: {other} is no BGI_PRESET_*"))),
+        };
+        *out = Settings::preset(preset).into();
+        Ok(BGI_SUCCESS)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_survive_the_boundary() {
+        for preset in [Preset::Low, Preset::Medium, Preset::High, Preset::Ultra] {
+            let settings =
+                Settings { hit_model: HitModel::Cube, grid_offset: [0.1, 0.2, 0.3], ..Settings::preset(preset) };
+            let back = BgiSettings::from(settings.clone()).settings().unwrap();
+            assert_eq!(settings, back);
+        }
+    }
+}

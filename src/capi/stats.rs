@@ -1,0 +1,127 @@
+//! What a context holds and did.
+
+use super::guard::guard_context;
+use super::input::{self, structure_types};
+use super::types::*;
+use std::ffi::{c_char, c_void};
+
+/// GPU time of one pass.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BgiPassTime {
+    /// The pass; UTF-8, ends with a zero.
+    pub name: [c_char; 64],
+    /// Milliseconds by timestamps; all its dispatches of the frame summed.
+    pub ms: f64,
+}
+
+/// A device allocation.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BgiResourceSize {
+    /// What it holds; UTF-8, ends with a zero.
+    pub name: [c_char; 64],
+    /// Bytes allocated.
+    pub bytes: u64,
+}
+
+/// What a context holds and did. Times are those of the latest frame whose results have arrived. Zero it, then set
+/// sType and, where wanted, the arrays with their counts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BgiStats {
+    /// BGI_STRUCTURE_TYPE_STATS
+    pub s_type: BgiStructureType,
+    /// NULL
+    pub p_next: *mut c_void,
+    /// Out: GPU milliseconds of the whole recording; 0 without timestamps.
+    pub frame_ms: f64,
+    /// Out: CPU milliseconds of the latest bgiDispatch.
+    pub cpu_ms: f64,
+    /// Out: device memory of the world in bytes.
+    pub world_bytes: u64,
+    /// Out: device memory of all views in bytes.
+    pub view_bytes: u64,
+    /// Out: rays traced in the frame.
+    pub rays: u64,
+    /// Out: bgiDispatch calls so far.
+    pub frames: u64,
+    /// Out: bricks resident.
+    pub bricks: u32,
+    /// Out: bricks that should be resident and are not (waiting, or no memory).
+    pub bricks_missing: u32,
+    /// Out: lit voxel faces resident.
+    pub faces: u32,
+    /// Out: allocation units of 64 bytes in use by bricks.
+    pub pages: u32,
+    /// In: elements at `passes`. Out: elements written, or available where `passes` is NULL.
+    pub pass_count: u32,
+    /// In: elements at `resources`. Out: elements written, or available where `resources` is NULL.
+    pub resource_count: u32,
+    /// Optional: receives GPU times by pass, in recording order; none without timestamps.
+    pub passes: *mut BgiPassTime,
+    /// Optional: receives every device allocation.
+    pub resources: *mut BgiResourceSize,
+}
+
+structure_types! { BgiStats = BGI_STRUCTURE_TYPE_STATS }
+
+const _: () = assert!(BGI_NAME_SIZE == 64, "the array lengths above are written out for the header's sake");
+
+/// Reports without waiting for the GPU.
+///
+/// @return BGI_SUCCESS; BGI_INCOMPLETE where an array was too small; BGI_ERROR_INVALID_HANDLE,
+/// BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bgiGetStats(context: BgiContext, stats: *mut BgiStats) -> BgiResult {
+    guard_context(context, |state| {
+        // SAFETY: the header asks for a writable, zeroed struct.
+        let out = unsafe { input::structure_mut(stats)? };
+        let stats = state.context.stats();
+        let passes = stats.passes.iter().map(|pass| BgiPassTime { name: name(pass.name), ms: pass.ms });
+        let passes = passes.collect::<Vec<_>>();
+        let resources = stats.resources.iter().map(|item| BgiResourceSize { name: name(item.name), bytes: item.bytes });
+        let resources = resources.collect::<Vec<_>>();
+        // SAFETY: the header asks for writable arrays as long as their counts say.
+        let complete = unsafe {
+            let passes = input::fill(out.passes, &mut out.pass_count, &passes, "passes")?;
+            input::fill(out.resources, &mut out.resource_count, &resources, "resources")? && passes
+        };
+        *out = BgiStats {
+            frame_ms: stats.frame_ms,
+            cpu_ms: stats.cpu_ms,
+            world_bytes: stats.world_bytes,
+            view_bytes: stats.view_bytes,
+            rays: stats.rays,
+            frames: stats.frames,
+            bricks: stats.bricks,
+            bricks_missing: stats.bricks_missing,
+            faces: stats.faces,
+            pages: stats.pages,
+            ..*out
+        };
+        Ok(if complete { BGI_SUCCESS } else { BGI_INCOMPLETE })
+    })
+}
+
+/// A name in a fixed array, cut where it is too long, always with a zero at the end.
+fn name(text: &str) -> [c_char; BGI_NAME_SIZE as usize] {
+    let mut name = [0; BGI_NAME_SIZE as usize];
+    let fits = text.floor_char_boundary(name.len() - 1);
+    for (to, from) in name.iter_mut().zip(text[..fits].bytes()) {
+        *to = from as c_char;
+    }
+    name
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_cut_between_characters_and_end_with_zero() {
+        let long = name(&"é".repeat(40));
+        assert_eq!(long.iter().position(|c| *c == 0), Some(62));
+        assert_eq!(name("resolve")[..8].iter().map(|c| *c as u8).collect::<Vec<_>>(), b"resolve\0");
+    }
+}
