@@ -214,7 +214,7 @@ impl Context {
         if self.scene.lights != lights || self.scene.sky != sky {
             self.scene.lights = lights.to_vec();
             self.scene.sky = sky;
-            self.world.table.invalidate_lighting();
+            self.world.lights_changed();
         }
         Ok(())
     }
@@ -277,7 +277,7 @@ impl Context {
             size,
             tile_size: self.settings.probe_tile,
             clear_depth: inputs.clear_depth,
-            history_max: self.settings.temporal_frames,
+            history_max: self.world.history_max(&self.settings),
         };
         let view = self.views.get_mut(&inputs.view.0).expect("found above");
         let uniform = view.uniform(&camera, eye - self.world.window_voxels(), &shape);

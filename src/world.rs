@@ -51,6 +51,8 @@ pub struct World {
     mean_words: f32,
     updates: u32,
     idle: usize,
+    /// Frames since a large part of the world, or its lights, changed.
+    steady_frames: u32,
 }
 
 impl World {
@@ -70,6 +72,7 @@ impl World {
             mean_words: 1024.0,
             updates: 0,
             idle: 0,
+            steady_frames: 0,
         }
     }
 
@@ -88,6 +91,17 @@ impl World {
             let entered = self.primitives.insert(id, scene, &self.grid);
             self.table.touch(&entered);
         }
+    }
+
+    /// Everything converges anew: the lights have changed.
+    pub fn lights_changed(&mut self) {
+        self.table.invalidate_lighting();
+        self.steady_frames = 0;
+    }
+
+    /// Frames that a view's history may average: few while the world is changing.
+    pub fn history_max(&self, settings: &Settings) -> u32 {
+        settings.temporal_frames.min(self.steady_frames.max(8))
     }
 
     /// Rays that the slot's last frame traced.
@@ -110,6 +124,7 @@ impl World {
         frame_index: u32,
     ) -> Result<Frame> {
         let mut frame = Frame::default();
+        self.steady_frames = self.steady_frames.saturating_add(1);
         let camera = eye / 8.0;
         self.table.follow(eye, &self.primitives);
         if self.flights[index].counters.is_none() {
@@ -199,6 +214,9 @@ impl World {
             self.grow_pages(pages, settings);
         }
         let copies = self.table.finish(&finished, camera);
+        if copies.len() as u32 * 20 > self.table.resident() {
+            self.steady_frames = 0;
+        }
         let grid_writes = self.table.grid.take_writes();
         let bytes = u64::from(self.table.pages.capacity().max(FIRST_PAGES)) * PAGE_BYTES;
         self.ensure(device, slot, "world_bricks", bytes, true, frame)?;

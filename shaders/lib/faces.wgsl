@@ -42,24 +42,29 @@ fn point_in_solid(face: Face, p: vec3<f32>) -> bool {
 // A point a little above the face's surface, inside its coverage and outside the solid; grid space.
 fn face_point(face: Face, u: vec2<f32>, seed: u32) -> vec3<f32> {
     let axis = face.side >> 1u;
-    let mask = voxel_mask(face.voxel, face.side);
     let corner = vec3<f32>(face.cell);
-    if frame.hit_model == 1u {
-        return corner + cube_point(face, u);
-    }
+    if frame.hit_model == 1u { return corner + cube_point(face, u); }
+    let mask = voxel_mask(face.voxel, face.side);
     var place = u;
     var p = vec3<f32>(0.5);
-    for (var attempt = 0u; attempt < 16u; attempt++) {
-        p = plane_point(face, place);
-        let bit = mask_bit(axis, p);
-        if p[axis] > -0.01 && p[axis] < 1.01 && ((mask >> bit) & 1u) != 0u
-            && !point_in_solid(face, corner + p + face.plane.normal * 0.02) {
-            break;
-        }
+    for (var attempt = 0u; attempt < 8u; attempt++) {
+        p = plane_point(face, covered_place(mask, place));
+        if p[axis] > -0.01 && p[axis] < 1.01 && !point_in_solid(face, corner + p + face.plane.normal * 0.02) { break; }
         place = r2(seed, attempt);
     }
     p[axis] = clamp(p[axis], 0.0, 1.0);
     return corner + p + face.plane.normal * 0.002;
+}
+
+// Maps the unit square to the set cells of a coverage mask, evenly.
+fn covered_place(mask: u32, u: vec2<f32>) -> vec2<f32> {
+    if mask == 0xffffu || mask == 0u { return u; }
+    let count = f32(countOneBits(mask));
+    let pick = u.x * count;
+    var rest = mask;
+    for (var skip = u32(pick); skip > 0u; skip--) { rest &= rest - 1u; }
+    let bit = firstTrailingBit(rest);
+    return (vec2<f32>(f32(bit & 3u), f32(bit >> 2u)) + vec2<f32>(fract(pick), u.y)) * 0.25;
 }
 
 fn plane_point(face: Face, u: vec2<f32>) -> vec3<f32> {

@@ -18,9 +18,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let face = load_face(vis_faces[push.first_face + id.x]);
     let normal = face_normal(face);
     var e = vec3<f32>(0.0);
+    let p = face_point(face, r2(face.seed ^ 0x2545f491u, push.update), pcg(face.seed - push.update));
     for (var r = 0u; r < frame.bounce_rays; r++) {
         let index = push.update * frame.bounce_rays + r;
-        let p = face_point(face, r2(face.seed ^ 0x2545f491u, index), pcg(face.seed - index));
         let direction = cosine_direction(normal, r2(face.seed, index));
         e += hit_radiance(trace(p, direction, normal, 1e6));
     }

@@ -36,7 +36,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if sum.w < 1e-3 { e = gather_rays(at, surface); }
     let past = load_history(surface);
     let frames = min(past.w + 1.0, f32(view.history_max));
-    e = mix(past.xyz, e, 1.0 / frames);
+    // Weights grow with time: light that is still settling leaves the average soon.
+    e = mix(past.xyz, e, 2.0 / (frames + 1.0));
     e = clamp(e, vec3<f32>(0.0), vec3<f32>(65000.0));
     history_out[at] = vec2<u32>(pack2x16float(e.xy), pack2x16float(vec2<f32>(e.z, frames)));
     history_distance_out[at] = length(surface.position);
