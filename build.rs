@@ -1,1 +1,88 @@
-fn main() {}
+//! Compiles `shaders/passes/*.wgsl` to SPIR-V 1.3 (Vulkan 1.1) with naga and writes, from what naga reflects, the table
+//! of pipelines (code, bindings by name, accesses) and the Rust twins of the structs and constants in
+//! `shaders/shared`. One source for both sides: a layout cannot drift.
+
+#[path = "build/reflect.rs"]
+mod reflect;
+#[path = "build/source.rs"]
+mod source;
+
+use naga::back::spv;
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Pipelines made from another pass's source by replacing text: (pass, new name, from, to).
+const PERMUTATIONS: &[(&str, &str, &str, &str)] = &[("resolve", "resolve_float32", "rgba16float", "rgba32float")];
+
+fn main() {
+    let root = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("shaders");
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets it"));
+    println!("cargo::rerun-if-changed=shaders");
+    println!("cargo::rerun-if-changed=build");
+
+    let mut passes: Vec<PathBuf> = std::fs::read_dir(root.join("passes"))
+        .expect("shaders/passes exists")
+        .map(|entry| entry.expect("readable").path())
+        .filter(|path| path.extension().is_some_and(|e| e == "wgsl"))
+        .collect();
+    passes.sort();
+
+    let mut table = String::from("/// Every pipeline, by name.\npub static SHADERS: &[Shader] = &[\n");
+    let mut types = reflect::Types::default();
+    for path in &passes {
+        let name = path.file_stem().expect("a file").to_str().expect("ascii").to_owned();
+        let text = source::load(&root, path);
+        compile(&name, &text, path, &out, &mut table, &mut types);
+        for (_, permuted, from, to) in PERMUTATIONS.iter().filter(|p| p.0 == name) {
+            compile(permuted, &text.replace(from, to), path, &out, &mut table, &mut types);
+        }
+    }
+    table.push_str("];\n");
+    std::fs::write(out.join("shaders.rs"), table).expect("OUT_DIR is writable");
+    std::fs::write(out.join("shared.rs"), types.finish()).expect("OUT_DIR is writable");
+}
+
+fn compile(name: &str, text: &str, path: &Path, out: &Path, table: &mut String, types: &mut reflect::Types) {
+    let module = naga::front::wgsl::parse_str(text)
+        .unwrap_or_else(|e| panic!("{}\n{}", path.display(), e.emit_to_string_with_path(text, name)));
+    let info = Validator::new(ValidationFlags::all(), Capabilities::IMMEDIATES | Capabilities::SHADER_FLOAT16_IN_FLOAT32)
+        .validate(&module)
+        .unwrap_or_else(|e| panic!("{}\n{}", path.display(), e.emit_to_string_with_path(text, name)));
+    let unchecked = naga::proc::BoundsCheckPolicy::Unchecked;
+    let options = spv::Options {
+        lang_version: (1, 3),
+        flags: spv::WriterFlags::empty(),
+        fake_missing_bindings: false,
+        // What wgpu turns on for untrusted code: our indices are in range by construction.
+        bounds_check_policies: naga::proc::BoundsCheckPolicies {
+            index: unchecked,
+            buffer: unchecked,
+            image_load: unchecked,
+            binding_array: unchecked,
+        },
+        zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
+        force_loop_bounding: false,
+        emit_int_div_checks: false,
+        binding_map: reflect::binding_map(&module),
+        ..Default::default()
+    };
+    let pipeline =
+        spv::PipelineOptions { shader_stage: naga::ShaderStage::Compute, entry_point: "main".to_owned() };
+    let words = spv::write_vec(&module, &info, &options, Some(&pipeline)).expect("naga writes SPIR-V");
+    let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+    std::fs::write(out.join(format!("{name}.spv")), bytes).expect("OUT_DIR is writable");
+
+    types.add_module(&module, name);
+    let entry = &module.entry_points[0];
+    writeln!(
+        table,
+        "    Shader {{ name: {name:?}, spirv: include_spirv!(\"{name}.spv\"), workgroup: {:?}, push_bytes: {}, \
+         shared_bytes: {}, bindings: &[{}] }},",
+        entry.workgroup_size,
+        reflect::push_bytes(&module),
+        reflect::shared_bytes(&module),
+        reflect::bindings(&module, &info),
+    )
+    .expect("a string takes it");
+}

@@ -1,9 +1,17 @@
 //! Owns the persistent state: create, update, record, report.
 
-use crate::error::Result;
-use crate::scene::{Camera, Light, MeshUpdate, Sky};
+use crate::bricks::WorldGrid;
+use crate::error::{Error, Result};
+use crate::gpu::{Device, Pipelines, Player, Slot};
+use crate::passes;
+use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky};
 use crate::settings::Settings;
+use crate::view::{FrameShape, View};
+use crate::world::World;
 use ash::vk;
+use glam::{DVec3, UVec2};
+use std::collections::HashMap;
+use std::time::Instant;
 
 /// The host's Vulkan objects. They must outlive the context; no queue is ever touched.
 #[derive(Clone, Copy)]
@@ -121,7 +129,17 @@ pub struct Stats {
 
 /// The library's state on one device. See the crate's front page for the frame.
 pub struct Context {
+    // Declared first so that what lives on the device is destroyed explicitly in `drop`.
+    world: World,
+    scene: Scene,
+    views: HashMap<u64, View>,
+    next_view: u64,
+    slots: Vec<Slot>,
+    frame_index: u32,
     stats: Stats,
+    settings: Settings,
+    pipelines: Pipelines,
+    device: Device,
 }
 
 impl Context {
@@ -130,11 +148,12 @@ impl Context {
     /// # Safety
     /// The handles must be valid.
     pub unsafe fn device_requirements(
-        _get_instance_proc_addr: vk::PFN_vkGetInstanceProcAddr,
-        _instance: vk::Instance,
-        _physical_device: vk::PhysicalDevice,
+        get_instance_proc_addr: vk::PFN_vkGetInstanceProcAddr,
+        instance: vk::Instance,
+        physical_device: vk::PhysicalDevice,
     ) -> Result<DeviceRequirements> {
-        Ok(DeviceRequirements { api_version: vk::API_VERSION_1_1, missing: Vec::new() })
+        // SAFETY: passed on.
+        unsafe { Device::requirements(get_instance_proc_addr, instance, physical_device) }
     }
 
     /// Creates pipelines and the fixed tables.
@@ -143,44 +162,183 @@ impl Context {
     /// The handles in `desc.device` must be valid and outlive the context.
     pub unsafe fn new(desc: ContextDesc) -> Result<Self> {
         desc.settings.validate()?;
-        Ok(Self { stats: Stats::default() })
+        if !(1..=8).contains(&desc.frames_in_flight) {
+            return Err(Error::invalid("frames_in_flight must be 1 to 8"));
+        }
+        // SAFETY: passed on.
+        let device = unsafe { Device::new(&desc.device)? };
+        let mut context = Self {
+            world: World::new(&desc.settings, desc.frames_in_flight as usize),
+            scene: Scene::default(),
+            views: HashMap::new(),
+            next_view: 1,
+            slots: Vec::new(),
+            frame_index: 0,
+            stats: Stats::default(),
+            settings: desc.settings,
+            pipelines: Pipelines::new(&device)?,
+            device,
+        };
+        for _ in 0..desc.frames_in_flight {
+            let slot = Slot::new(&context.device)?;
+            context.slots.push(slot);
+        }
+        Ok(context)
     }
 
     /// Adds, replaces, moves or removes what the world is made of. On an error nothing of the batch is applied.
-    pub fn update_meshes(&mut self, _update: &MeshUpdate) -> Result<()> {
+    pub fn update_meshes(&mut self, update: &MeshUpdate) -> Result<()> {
+        self.scene.check(update)?;
+        let changed = self.scene.apply(update);
+        self.world.instances_changed(&changed, &self.scene);
         Ok(())
     }
 
     /// Replaces all lights and the sky.
-    pub fn set_lights(&mut self, _lights: &[Light], _sky: Sky) -> Result<()> {
+    pub fn set_lights(&mut self, lights: &[Light], sky: Sky) -> Result<()> {
+        let usable = |c: &[f32; 3]| c.iter().all(|v| v.is_finite() && *v >= 0.0);
+        for (index, light) in lights.iter().enumerate() {
+            let ok = match light {
+                Light::Directional { direction, irradiance } => {
+                    let length = glam::Vec3::from(*direction).length();
+                    length.is_finite() && length > 1e-12 && usable(irradiance)
+                }
+                Light::Point { position, intensity } => position.iter().all(|v| v.is_finite()) && usable(intensity),
+            };
+            ok.then_some(()).ok_or_else(|| Error::invalid(format!("light {index}: not finite, negative, or no direction")))?;
+        }
+        if lights.len() > 4096 {
+            return Err(Error::invalid("at most 4096 lights"));
+        }
+        usable(&sky.radiance).then_some(()).ok_or_else(|| Error::invalid("sky: not finite or negative"))?;
+        if self.scene.lights != lights || self.scene.sky != sky {
+            self.scene.lights = lights.to_vec();
+            self.scene.sky = sky;
+            self.world.table.invalidate_lighting();
+        }
         Ok(())
     }
 
     /// Creates a view for images of up to `width` x `height` pixels, 1 to 16384 each.
-    pub fn create_view(&mut self, _width: u32, _height: u32) -> Result<ViewId> {
-        Ok(ViewId(1))
+    pub fn create_view(&mut self, width: u32, height: u32) -> Result<ViewId> {
+        if !(1..=16_384).contains(&width) || !(1..=16_384).contains(&height) {
+            return Err(Error::invalid("a view's sides must be 1 to 16384"));
+        }
+        let view = View::new(&self.device, UVec2::new(width, height), self.settings.probe_tile)?;
+        let id = self.next_view;
+        self.next_view += 1;
+        self.views.insert(id, view);
+        Ok(ViewId(id))
     }
 
     /// Destroys a view. The GPU must have finished with it.
-    pub fn destroy_view(&mut self, _view: ViewId) -> Result<()> {
+    pub fn destroy_view(&mut self, view: ViewId) -> Result<()> {
+        let mut gone = self.views.remove(&view.0).ok_or_else(|| Error::UnknownId(format!("view {}", view.0)))?;
+        gone.destroy(&self.device);
         Ok(())
     }
 
     /// Sets a view's camera for the following dispatches.
-    pub fn set_camera(&mut self, _view: ViewId, _camera: &Camera) -> Result<()> {
-        Ok(())
+    pub fn set_camera(&mut self, view: ViewId, camera: &Camera) -> Result<()> {
+        let view = self.views.get_mut(&view.0).ok_or_else(|| Error::UnknownId(format!("view {}", view.0)))?;
+        view.set_camera(camera)
     }
 
     /// Records one frame into the host's command buffer.
     ///
     /// # Safety
     /// `inputs` must hold valid handles as documented at [`FrameInputs`].
-    pub unsafe fn dispatch(&mut self, _inputs: &FrameInputs) -> Result<()> {
+    pub unsafe fn dispatch(&mut self, inputs: &FrameInputs) -> Result<()> {
+        let start = Instant::now();
+        let view = self.views.get_mut(&inputs.view.0);
+        let view = view.ok_or_else(|| Error::UnknownId(format!("view {}", inputs.view.0)))?;
+        let size = UVec2::new(inputs.width, inputs.height);
+        if size.cmpeq(UVec2::ZERO).any() || size.cmpgt(view.size).any() {
+            return Err(Error::invalid(format!("width and height must be 1 to the view's {}", view.size)));
+        }
+        if vk::Handle::as_raw(inputs.command_buffer) == 0
+            || [inputs.depth, inputs.normal, inputs.output].contains(&vk::ImageView::null())
+        {
+            return Err(Error::invalid("command_buffer, depth, normal and output must not be null"));
+        }
+        let camera = view.camera.ok_or_else(|| Error::invalid("the view has no camera yet"))?;
+
+        let index = self.frame_index as usize % self.slots.len();
+        self.read_back(index)?;
+        let grid = WorldGrid {
+            voxel_size: f64::from(self.settings.voxel_size),
+            offset: DVec3::from(self.settings.grid_offset.map(f64::from)),
+        };
+        let eye = grid.to_voxels(DVec3::from(camera.position));
+        let slot = &mut self.slots[index];
+        let mut frame =
+            self.world.frame(&self.device, slot, index, &self.settings, &mut self.scene, eye, self.frame_index)?;
+        let shape = FrameShape {
+            size,
+            tile_size: self.settings.probe_tile,
+            clear_depth: inputs.clear_depth,
+            history_max: self.settings.temporal_frames,
+        };
+        let view = self.views.get_mut(&inputs.view.0).expect("found above");
+        let uniform = view.uniform(&camera, eye - self.world.window_voxels(), &shape);
+        passes::probes::gather(&mut frame, &uniform, self.frame_index, inputs.output_float32);
+
+        let mut bound = self.world.bindings(index);
+        view.bind(inputs, &mut bound);
+        let grown = self.world.take_grown();
+        let player = Player::new(&self.device, &self.pipelines, inputs.command_buffer, bound, grown);
+        player.play(&frame, &mut self.slots[index])?;
+        self.frame_index = self.frame_index.wrapping_add(1);
+        self.report(start);
         Ok(())
+    }
+
+    /// Takes in what the GPU wrote when this slot was last used.
+    fn read_back(&mut self, index: usize) -> Result<()> {
+        let times = self.slots[index].timing.read(&self.device);
+        if !times.is_empty() {
+            self.stats.frame_ms = times.iter().map(|t| t.1).sum();
+            self.stats.passes.clear();
+            for (name, ms) in times {
+                match self.stats.passes.iter_mut().find(|p| p.name == name) {
+                    Some(pass) => pass.ms += ms,
+                    None => self.stats.passes.push(PassTime { name, ms }),
+                }
+            }
+        }
+        self.slots[index].recycle(&self.device)?;
+        self.stats.rays = self.world.rays(index);
+        Ok(())
+    }
+
+    fn report(&mut self, start: Instant) {
+        let stats = &mut self.stats;
+        stats.resources = self.world.resources();
+        let upload: u64 = self.slots.iter().map(Slot::upload_bytes).sum();
+        stats.resources.push(ResourceSize { name: "upload", bytes: upload });
+        stats.world_bytes = stats.resources.iter().map(|r| r.bytes).sum();
+        stats.view_bytes = self.views.values().flat_map(View::sizes).map(|r| r.bytes).sum();
+        stats.resources.extend(self.views.values().flat_map(View::sizes));
+        stats.bricks = self.world.table.resident();
+        stats.bricks_missing = self.world.table.missing();
+        stats.faces = self.world.table.faces();
+        stats.pages = self.world.table.pages.used();
+        stats.frames += 1;
+        stats.cpu_ms = start.elapsed().as_secs_f64() * 1e3;
     }
 
     /// What the context holds and did.
     pub fn stats(&self) -> &Stats {
         &self.stats
+    }
+}
+
+impl Drop for Context {
+    /// The GPU must have finished with every recorded frame.
+    fn drop(&mut self) {
+        self.world.destroy(&self.device);
+        self.views.values_mut().for_each(|v| v.destroy(&self.device));
+        self.slots.iter_mut().for_each(|s| s.destroy(&self.device));
+        self.pipelines.destroy(&self.device);
     }
 }

@@ -1,0 +1,129 @@
+//! Depth, normal, albedo and emission of the camera's pixels.
+
+use crate::error::{Error, Result};
+use crate::gpu::Gpu;
+use crate::raster::{COLOR_FORMATS, DEPTH_FORMAT, Raster};
+use crate::scene::SceneCamera;
+use crate::target::{Target, Use};
+use glam::{DMat4, DVec3, Mat4, Vec3};
+use std::sync::Arc;
+use wgpu_hal::{CommandEncoder as _, vulkan as hal};
+use wgpu_types as wgt;
+
+/// Value of the depth buffer where nothing was drawn: infinitely far with reverse depth.
+pub(crate) const CLEAR_DEPTH: f32 = 0.0;
+
+/// The images that one camera's rasterisation fills.
+pub(crate) struct GBuffer {
+    /// near / distance along the view axis.
+    pub(crate) depth: Target,
+    /// World-space face normal towards the camera; normal, albedo and emission have 1 in alpha where drawn.
+    pub(crate) normal: Target,
+    /// Linear.
+    pub(crate) albedo: Target,
+    /// Radiance.
+    pub(crate) emission: Target,
+}
+
+impl GBuffer {
+    pub(crate) fn new(gpu: &Arc<Gpu>, size: [u32; 2]) -> Result<Self> {
+        let sampled = wgt::TextureUses::RESOURCE;
+        let depth_usage = wgt::TextureUses::DEPTH_STENCIL_WRITE | sampled;
+        let color = |label, index: usize| {
+            Target::new(gpu, label, COLOR_FORMATS[index], wgt::TextureUses::COLOR_TARGET | sampled, size)
+        };
+        Ok(Self {
+            depth: Target::new(gpu, "depth", DEPTH_FORMAT, depth_usage, size)?,
+            normal: color("normal", 0)?,
+            albedo: color("albedo", 1)?,
+            emission: color("emission", 2)?,
+        })
+    }
+
+    /// Records the rasterisation; afterwards every image is readable by compute shaders.
+    ///
+    /// # Safety
+    /// `encoder` is recording, outside a pass, and is submitted in the order of these calls.
+    pub(crate) unsafe fn record(
+        &mut self,
+        encoder: &mut hal::CommandEncoder,
+        raster: &Raster,
+        camera: &SceneCamera,
+    ) -> Result<()> {
+        // SAFETY: by the caller.
+        unsafe {
+            let commands = encoder.raw_handle();
+            self.depth.transition(commands, Use::Depth, false);
+            for target in [&mut self.normal, &mut self.albedo, &mut self.emission] {
+                target.transition(commands, Use::Color, false);
+            }
+            self.draw(encoder, raster, camera)?;
+            for target in [&mut self.depth, &mut self.normal, &mut self.albedo, &mut self.emission] {
+                target.transition(commands, Use::Sampled, true);
+            }
+        }
+        Ok(())
+    }
+
+    /// # Safety
+    /// As for [`Self::record`]; the images are in attachment layouts.
+    unsafe fn draw(&self, encoder: &mut hal::CommandEncoder, raster: &Raster, camera: &SceneCamera) -> Result<()> {
+        let [width, height] = self.depth.size();
+        let clear = wgpu_hal::AttachmentOps::LOAD_CLEAR | wgpu_hal::AttachmentOps::STORE;
+        let color = |target| Some(color_attachment(target, clear));
+        let pass = wgpu_hal::RenderPassDescriptor {
+            label: Some("gbuffer"),
+            extent: wgt::Extent3d { width, height, depth_or_array_layers: 1 },
+            sample_count: 1,
+            color_attachments: &[color(&self.normal), color(&self.albedo), color(&self.emission)],
+            depth_stencil_attachment: Some(wgpu_hal::DepthStencilAttachment {
+                target: wgpu_hal::Attachment { view: self.depth.view(), usage: wgt::TextureUses::DEPTH_STENCIL_WRITE },
+                depth_ops: clear,
+                stencil_ops: wgpu_hal::AttachmentOps::LOAD_DONT_CARE | wgpu_hal::AttachmentOps::STORE_DISCARD,
+                clear_value: (CLEAR_DEPTH, 0),
+            }),
+            multiview_mask: None,
+            timestamp_writes: None,
+            occlusion_query_set: None::<&hal::QuerySet>,
+        };
+        let vertices = wgpu_hal::BufferBinding::new_unchecked(raster.vertices(), 0, None);
+        // SAFETY: by the caller; everything bound lives in `raster` until the queue is idle.
+        unsafe {
+            encoder.begin_render_pass(&pass).map_err(Error::gpu("beginning the G-buffer pass"))?;
+            encoder.set_render_pipeline(raster.pipeline());
+            encoder.set_bind_group(raster.layout(), 0, raster.group(), &[]);
+            encoder.set_immediates(raster.layout(), 0, &view_words(camera, [width, height]));
+            encoder.set_vertex_buffer(0, vertices);
+            encoder.set_viewport(&wgpu_hal::Rect { x: 0.0, y: 0.0, w: width as f32, h: height as f32 }, 0.0..1.0);
+            encoder.set_scissor_rect(&wgpu_hal::Rect { x: 0, y: 0, w: width, h: height });
+            encoder.draw(0, raster.vertex_count, 0, 1);
+            encoder.end_render_pass();
+        }
+        Ok(())
+    }
+}
+
+fn color_attachment(
+    target: &Target,
+    ops: wgpu_hal::AttachmentOps,
+) -> wgpu_hal::ColorAttachment<'_, hal::TextureView> {
+    wgpu_hal::ColorAttachment {
+        target: wgpu_hal::Attachment { view: target.view(), usage: wgt::TextureUses::COLOR_TARGET },
+        depth_slice: None,
+        resolve_target: None,
+        ops,
+        clear_value: wgt::Color::TRANSPARENT,
+    }
+}
+
+/// The shader's `View`: a matrix from camera-relative positions to clip space, then the camera's position.
+///
+/// wgpu-hal flips the viewport, so clip space here has y up: the projection's y is negated once more.
+fn view_words(camera: &SceneCamera, size: [u32; 2]) -> Vec<u32> {
+    let y_up = Mat4::from_scale(Vec3::new(1.0, -1.0, 1.0));
+    let rotation = DMat4::from_mat3(camera.view_rotation()).as_mat4();
+    let clip = y_up * Mat4::from_cols_array_2d(&camera.projection(size)) * rotation;
+    let position = DVec3::from(camera.position).as_vec3();
+    let floats = clip.to_cols_array().into_iter().chain(position.extend(0.0).to_array());
+    floats.map(f32::to_bits).collect()
+}

@@ -1,0 +1,85 @@
+// Rasterises the G-buffer: world normal towards the camera, albedo, emission (depth is fixed-function).
+
+struct View {
+    // From a position relative to the camera to clip space.
+    clip: mat4x4f,
+    position: vec3f,
+}
+
+struct Material {
+    base_color: vec3f,
+    first_texel: u32,
+    emission: vec3f,
+    // width | height << 16; 0 without a texture.
+    texture_size: u32,
+}
+
+var<immediate> view: View;
+@group(0) @binding(0) var<storage, read> materials: array<Material>;
+// sRGB RGBA8, row by row, all textures in a row.
+@group(0) @binding(1) var<storage, read> texels: array<u32>;
+
+struct Corner {
+    @builtin(position) clip: vec4f,
+    @location(0) from_camera: vec3f,
+    @location(1) @interpolate(flat) normal: vec3f,
+    @location(2) uv: vec2f,
+    @location(3) @interpolate(flat) material: u32,
+}
+
+@vertex
+fn corner(
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) uv: vec2f,
+    @location(3) material: u32,
+) -> Corner {
+    let from_camera = position - view.position;
+    return Corner(view.clip * vec4f(from_camera, 1.0), from_camera, normal, uv, material);
+}
+
+fn linear_from_srgb(color: vec3f) -> vec3f {
+    let curve = pow((color + 0.055) / 1.055, vec3f(2.4));
+    return select(curve, color / 12.92, color <= vec3f(0.04045));
+}
+
+fn texel(material: Material, at: vec2i) -> vec3f {
+    let size = vec2i(vec2u(material.texture_size & 0xffffu, material.texture_size >> 16u));
+    let wrapped = ((at % size) + size) % size;
+    let packed = texels[material.first_texel + u32(wrapped.y * size.x + wrapped.x)];
+    return linear_from_srgb(unpack4x8unorm(packed).rgb);
+}
+
+// Bilinear, repeating, without mips.
+fn texture_color(material: Material, uv: vec2f) -> vec3f {
+    let size = vec2f(vec2u(material.texture_size & 0xffffu, material.texture_size >> 16u));
+    let at = fract(uv) * size - 0.5;
+    let base = vec2i(floor(at));
+    let blend = at - floor(at);
+    let top = mix(texel(material, base), texel(material, base + vec2i(1, 0)), blend.x);
+    let bottom = mix(texel(material, base + vec2i(0, 1)), texel(material, base + vec2i(1, 1)), blend.x);
+    return mix(top, bottom, blend.y);
+}
+
+struct Surface {
+    @location(0) normal: vec4f,
+    @location(1) albedo: vec4f,
+    @location(2) emission: vec4f,
+}
+
+const MAX_ALBEDO = 0.95;
+
+@fragment
+fn surface(in: Corner) -> Surface {
+    let material = materials[in.material];
+    let front = dot(in.normal, in.from_camera) < 0.0;
+    var albedo = material.base_color;
+    if material.texture_size != 0u {
+        albedo *= texture_color(material, in.uv);
+    }
+    return Surface(
+        vec4f(select(-in.normal, in.normal, front), 1.0),
+        vec4f(min(albedo, vec3f(MAX_ALBEDO)), 1.0),
+        vec4f(select(vec3f(0.0), material.emission, front), 1.0),
+    );
+}

@@ -1,0 +1,264 @@
+//! The G-buffer's pipeline and the scene's buffers.
+
+use crate::error::{Error, Result};
+use crate::gpu::Gpu;
+use crate::scene::{FlatTriangle, Scene};
+use bytemuck::{Pod, Zeroable};
+use std::borrow::Cow;
+use std::mem::offset_of;
+use std::sync::Arc;
+use wgpu_hal::{Device as _, vulkan as hal};
+use wgpu_types as wgt;
+
+/// Formats of the colour attachments, in the order of the shader's outputs.
+pub(crate) const COLOR_FORMATS: [wgt::TextureFormat; 3] = [wgt::TextureFormat::Rgba16Float; 3];
+/// Format of the depth attachment.
+pub(crate) const DEPTH_FORMAT: wgt::TextureFormat = wgt::TextureFormat::Depth32Float;
+/// Size of the shader's `View` in bytes.
+pub(crate) const VIEW_BYTES: u32 = 80;
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Vertex {
+    position: [f32; 3],
+    normal: [f32; 3],
+    uv: [f32; 2],
+    material: u32,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct MaterialEntry {
+    base_color: [f32; 3],
+    first_texel: u32,
+    emission: [f32; 3],
+    texture_size: u32,
+}
+
+/// Everything that a G-buffer draw binds. `Option`s are empty only while dropping.
+pub(crate) struct Raster {
+    gpu: Arc<Gpu>,
+    pub(crate) vertex_count: u32,
+    buffers: Vec<hal::Buffer>,
+    group_layout: Option<hal::BindGroupLayout>,
+    group: Option<hal::BindGroup>,
+    layout: Option<hal::PipelineLayout>,
+    shader: Option<hal::ShaderModule>,
+    pipeline: Option<hal::RenderPipeline>,
+}
+
+impl Raster {
+    pub(crate) fn new(gpu: &Arc<Gpu>, scene: &Scene, triangles: &[FlatTriangle]) -> Result<Self> {
+        let mut raster = Self {
+            gpu: gpu.clone(),
+            vertex_count: triangles.len() as u32 * 3,
+            buffers: Vec::new(),
+            group_layout: None,
+            group: None,
+            layout: None,
+            shader: None,
+            pipeline: None,
+        };
+        raster.upload(scene, triangles)?;
+        raster.bind()?;
+        raster.compile()?;
+        Ok(raster)
+    }
+
+    pub(crate) fn vertices(&self) -> &hal::Buffer {
+        &self.buffers[0]
+    }
+
+    pub(crate) fn group(&self) -> &hal::BindGroup {
+        self.group.as_ref().expect("present since creation")
+    }
+
+    pub(crate) fn layout(&self) -> &hal::PipelineLayout {
+        self.layout.as_ref().expect("present since creation")
+    }
+
+    pub(crate) fn pipeline(&self) -> &hal::RenderPipeline {
+        self.pipeline.as_ref().expect("present since creation")
+    }
+
+    /// Vertices, materials, texels.
+    fn upload(&mut self, scene: &Scene, triangles: &[FlatTriangle]) -> Result<()> {
+        let (materials, texels) = material_table(scene);
+        let storage = wgt::BufferUses::STORAGE_READ_ONLY;
+        let vertices = vertex_list(triangles);
+        let vertex_bytes = bytemuck::cast_slice(&vertices);
+        self.buffers.push(self.gpu.filled_buffer("vertices", wgt::BufferUses::VERTEX, vertex_bytes)?);
+        self.buffers.push(self.gpu.filled_buffer("materials", storage, bytemuck::cast_slice(&materials))?);
+        self.buffers.push(self.gpu.filled_buffer("texels", storage, &texels)?);
+        Ok(())
+    }
+
+    fn bind(&mut self) -> Result<()> {
+        let entry = |binding| wgt::BindGroupLayoutEntry {
+            binding,
+            visibility: wgt::ShaderStages::FRAGMENT,
+            ty: wgt::BindingType::Buffer {
+                ty: wgt::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let layout = wgpu_hal::BindGroupLayoutDescriptor {
+            label: Some("scene"),
+            flags: wgpu_hal::BindGroupLayoutFlags::empty(),
+            entries: &[entry(0), entry(1)],
+        };
+        // SAFETY: the entries match the shader's bindings.
+        let layout = unsafe { self.gpu.device.create_bind_group_layout(&layout) };
+        let layout = &*self.group_layout.insert(layout.map_err(Error::gpu("creating a bind group layout"))?);
+        let binding = |binding| wgpu_hal::BindGroupEntry { binding, resource_index: binding, count: 1 };
+        let whole = |buffer| wgpu_hal::BufferBinding::new_unchecked(buffer, 0, None);
+        let group = wgpu_hal::BindGroupDescriptor {
+            label: Some("scene"),
+            layout,
+            buffers: &[whole(&self.buffers[1]), whole(&self.buffers[2])],
+            samplers: &[],
+            textures: &[],
+            entries: &[binding(0), binding(1)],
+            acceleration_structures: &[],
+            external_textures: &[],
+        };
+        // SAFETY: the buffers live as long as the group.
+        let created = unsafe { self.gpu.device.create_bind_group(&group) };
+        self.group = Some(created.map_err(Error::gpu("creating a bind group"))?);
+        Ok(())
+    }
+
+    fn compile(&mut self) -> Result<()> {
+        let description = wgpu_hal::ShaderModuleDescriptor {
+            label: Some("gbuffer"),
+            runtime_checks: wgt::ShaderRuntimeChecks::checked(),
+        };
+        // SAFETY: the module was validated by naga.
+        let shader = unsafe { self.gpu.device.create_shader_module(&description, shader_input()?) };
+        let shader = &*self.shader.insert(shader.map_err(Error::gpu("creating a shader module"))?);
+        let layout = wgpu_hal::PipelineLayoutDescriptor {
+            label: Some("gbuffer"),
+            flags: wgpu_hal::PipelineLayoutFlags::empty(),
+            bind_group_layouts: &[self.group_layout.as_ref()],
+            immediate_size: VIEW_BYTES,
+        };
+        // SAFETY: 80 bytes of push constants are within every device's limit of 128.
+        let layout = unsafe { self.gpu.device.create_pipeline_layout(&layout) };
+        let layout = &*self.layout.insert(layout.map_err(Error::gpu("creating a pipeline layout"))?);
+        self.pipeline = Some(create_pipeline(&self.gpu, layout, shader)?);
+        Ok(())
+    }
+}
+
+impl Drop for Raster {
+    fn drop(&mut self) {
+        let device = &self.gpu.device;
+        // SAFETY: the host waits for the queue before it drops this; children go before parents.
+        unsafe {
+            self.pipeline.take().into_iter().for_each(|p| device.destroy_render_pipeline(p));
+            self.layout.take().into_iter().for_each(|l| device.destroy_pipeline_layout(l));
+            self.shader.take().into_iter().for_each(|s| device.destroy_shader_module(s));
+            self.group.take().into_iter().for_each(|g| device.destroy_bind_group(g));
+            self.group_layout.take().into_iter().for_each(|l| device.destroy_bind_group_layout(l));
+            self.buffers.drain(..).for_each(|b| device.destroy_buffer(b));
+        }
+    }
+}
+
+fn vertex_list(triangles: &[FlatTriangle]) -> Vec<Vertex> {
+    let corner = |t: &FlatTriangle, i: usize| Vertex {
+        position: t.positions[i],
+        normal: t.normal,
+        uv: t.uvs[i],
+        material: t.material,
+    };
+    triangles.iter().flat_map(|t| [corner(t, 0), corner(t, 1), corner(t, 2)]).collect()
+}
+
+/// The materials, and the texels of all textures in a row.
+fn material_table(scene: &Scene) -> (Vec<MaterialEntry>, Vec<u8>) {
+    let mut texels = Vec::new();
+    let mut firsts = Vec::new();
+    for texture in &scene.textures {
+        firsts.push(texels.len() as u32 / 4);
+        texels.extend_from_slice(&texture.rgba8);
+    }
+    let size = |t: usize| scene.textures[t].width | scene.textures[t].height << 16;
+    let entry = |m: &crate::scene::Material| MaterialEntry {
+        base_color: m.base_color,
+        first_texel: m.texture.map_or(0, |t| firsts[t]),
+        emission: m.emission,
+        texture_size: m.texture.map_or(0, size),
+    };
+    (scene.materials.iter().map(entry).collect(), texels)
+}
+
+fn shader_input() -> Result<wgpu_hal::ShaderInput<'static>> {
+    let module = naga::front::wgsl::parse_str(include_str!("gbuffer.wgsl")).map_err(Error::gpu("parsing WGSL"))?;
+    let mut validator =
+        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::IMMEDIATES);
+    let info = validator.validate(&module).map_err(Error::gpu("validating WGSL"))?;
+    Ok(wgpu_hal::ShaderInput::Naga(wgpu_hal::NagaShader { module: Cow::Owned(module), info, debug_source: None }))
+}
+
+/// The fields of [`Vertex`] in order, at locations 0 to 3.
+fn vertex_attributes() -> [wgt::VertexAttribute; 4] {
+    use wgt::VertexFormat::{Float32x2, Float32x3, Uint32};
+    let offsets = [
+        offset_of!(Vertex, position),
+        offset_of!(Vertex, normal),
+        offset_of!(Vertex, uv),
+        offset_of!(Vertex, material),
+    ];
+    let formats = [Float32x3, Float32x3, Float32x2, Uint32];
+    std::array::from_fn(|i| wgt::VertexAttribute {
+        format: formats[i],
+        offset: offsets[i] as u64,
+        shader_location: i as u32,
+    })
+}
+
+fn create_pipeline(
+    gpu: &Gpu,
+    layout: &hal::PipelineLayout,
+    shader: &hal::ShaderModule,
+) -> Result<hal::RenderPipeline> {
+    let attributes = vertex_attributes();
+    let constants = naga::back::PipelineConstants::default();
+    let stage = |entry_point| wgpu_hal::ProgrammableStage {
+        module: shader,
+        entry_point,
+        constants: &constants,
+        zero_initialize_workgroup_memory: false,
+    };
+    let color = |format| Some(wgt::ColorTargetState { format, blend: None, write_mask: wgt::ColorWrites::ALL });
+    let description = wgpu_hal::RenderPipelineDescriptor {
+        label: Some("gbuffer"),
+        layout,
+        vertex_processor: wgpu_hal::VertexProcessor::Standard {
+            vertex_buffers: &[Some(wgpu_hal::VertexBufferLayout {
+                array_stride: size_of::<Vertex>() as u64,
+                step_mode: wgt::VertexStepMode::Vertex,
+                attributes: &attributes,
+            })],
+            vertex_stage: stage("corner"),
+        },
+        primitive: wgt::PrimitiveState::default(),
+        depth_stencil: Some(wgt::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgt::CompareFunction::Greater),
+            stencil: wgt::StencilState::default(),
+            bias: wgt::DepthBiasState::default(),
+        }),
+        multisample: wgt::MultisampleState::default(),
+        fragment_stage: Some(stage("surface")),
+        color_targets: &COLOR_FORMATS.map(color),
+        multiview_mask: None,
+        cache: None,
+    };
+    // SAFETY: layout, vertex attributes and outputs match the shader.
+    unsafe { gpu.device.create_render_pipeline(&description) }.map_err(Error::gpu("creating the G-buffer pipeline"))
+}

@@ -1,0 +1,77 @@
+//! `scene.json` of the references: mesh file, cameras, lights and sky.
+
+use super::{Light, Scene, SceneCamera, Sky, gltf_file};
+use crate::error::{Error, Result};
+use serde::Deserialize;
+use std::path::Path;
+
+#[derive(Deserialize)]
+struct Description {
+    name: String,
+    mesh: String,
+    #[serde(default)]
+    sky: SkyEntry,
+    #[serde(default)]
+    lights: Vec<LightEntry>,
+    cameras: Vec<CameraEntry>,
+}
+
+#[derive(Deserialize, Default)]
+struct SkyEntry {
+    radiance: [f32; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "type", rename_all = "lowercase")]
+enum LightEntry {
+    Directional { direction: [f32; 3], irradiance: [f32; 3] },
+    Point { position: [f64; 3], intensity: [f32; 3] },
+}
+
+#[derive(Deserialize)]
+struct CameraEntry {
+    name: String,
+    position: [f64; 3],
+    target: [f64; 3],
+    up: [f64; 3],
+    vfov_deg: f64,
+    #[serde(default = "default_near")]
+    near: f64,
+    width: u32,
+    height: u32,
+}
+
+fn default_near() -> f64 {
+    0.05
+}
+
+/// Loads the description and the mesh it names; lights, sky and cameras come from the description alone.
+pub(super) fn load(path: &Path) -> Result<Scene> {
+    let text = std::fs::read_to_string(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    let description: Description = serde_json::from_str(&text).map_err(|e| Error::scene(path, e))?;
+    let mesh = path.parent().unwrap_or(Path::new(".")).join(&description.mesh);
+    let geometry = gltf_file::load(&mesh)?;
+    Ok(Scene {
+        name: description.name,
+        lights: description.lights.into_iter().map(Light::from).collect(),
+        sky: Sky { radiance: description.sky.radiance },
+        cameras: description.cameras.into_iter().map(SceneCamera::from).collect(),
+        ..geometry
+    })
+}
+
+impl From<LightEntry> for Light {
+    fn from(entry: LightEntry) -> Self {
+        match entry {
+            LightEntry::Directional { direction, irradiance } => Self::Directional { direction, irradiance },
+            LightEntry::Point { position, intensity } => Self::Point { position, intensity },
+        }
+    }
+}
+
+impl From<CameraEntry> for SceneCamera {
+    fn from(entry: CameraEntry) -> Self {
+        let CameraEntry { name, position, target, up, vfov_deg, near, width, height } = entry;
+        Self { name, position, target, up, vfov_deg, near, width, height }
+    }
+}

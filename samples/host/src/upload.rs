@@ -1,0 +1,61 @@
+//! Says the scene in brickgi's words.
+
+use crate::error::Result;
+use crate::scene::{Light, Scene, Sky};
+use brickgi::Context;
+use brickgi::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, TextureDesc};
+
+/// Adds everything in one batch; ids are the scene's indices.
+pub(crate) fn scene(context: &mut Context, scene: &Scene, offset: [f64; 3]) -> Result<()> {
+    let textures: Vec<_> = (0u64..)
+        .zip(&scene.textures)
+        .map(|(id, t)| TextureDesc { id, width: t.width, height: t.height, rgba8: &t.rgba8 })
+        .collect();
+    let materials: Vec<_> = (0u64..)
+        .zip(&scene.materials)
+        .map(|(id, m)| MaterialDesc {
+            id,
+            base_color: m.base_color,
+            emission: m.emission,
+            base_color_texture: m.texture.map(|t| t as u64),
+        })
+        .collect();
+    let meshes: Vec<_> = (0u64..)
+        .zip(&scene.meshes)
+        .map(|(id, m)| MeshDesc { id, positions: &m.positions, uvs: &m.uvs, indices: &m.indices })
+        .collect();
+    let instances: Vec<_> = (0u64..)
+        .zip(&scene.instances)
+        .map(|(id, i)| InstanceDesc {
+            id,
+            mesh: i.mesh as u64,
+            material: i.material as u64,
+            linear: i.linear,
+            translation: moved(i.translation, offset),
+        })
+        .collect();
+    context.update_meshes(&MeshUpdate {
+        textures: &textures,
+        materials: &materials,
+        meshes: &meshes,
+        instances: &instances,
+        ..MeshUpdate::default()
+    })?;
+    lights(context, &scene.lights, scene.sky, offset)
+}
+
+/// Replaces the lights and the sky.
+pub(crate) fn lights(context: &mut Context, lights: &[Light], sky: Sky, offset: [f64; 3]) -> Result<()> {
+    let lights: Vec<_> = lights
+        .iter()
+        .map(|light| match *light {
+            Light::Point { position, intensity } => Light::Point { position: moved(position, offset), intensity },
+            directional => directional,
+        })
+        .collect();
+    Ok(context.set_lights(&lights, sky)?)
+}
+
+fn moved(position: [f64; 3], offset: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|axis| position[axis] + offset[axis])
+}

@@ -1,0 +1,142 @@
+//! `stats.json` and the summary for people.
+
+use crate::measure::Timing;
+use brickgi::{Settings, Stats};
+use brickgi_host::metrics::Score;
+use serde::Serialize;
+use std::fmt::{self, Display, Formatter};
+
+/// Everything a run says, in the words of `stats.json`. Scores are null without a truth or where it is zero.
+#[derive(Serialize)]
+pub struct Report {
+    pub scene: String,
+    pub camera: String,
+    pub size: [u32; 2],
+    pub frames: u32,
+    pub device: String,
+    #[serde(flatten)]
+    pub timing: Timing,
+    pub wall_seconds: f64,
+    #[serde(flatten)]
+    pub world: World,
+    #[serde(rename = "relMSE")]
+    pub rel_mse: Option<f64>,
+    pub nrmse: Option<f64>,
+    pub bias: Option<f64>,
+    /// Mean luminance of E_ind over the seen pixels.
+    pub mean: f64,
+    pub max_abs: Option<f64>,
+    pub reference_noise: Option<f64>,
+    /// `null`: not run under validation.
+    pub validation_messages: Option<usize>,
+    pub settings: SettingsEntry,
+}
+
+/// What brickgi holds after the last frame.
+#[derive(Serialize)]
+pub struct World {
+    pub world_bytes: u64,
+    pub view_bytes: u64,
+    pub resources: Vec<Resource>,
+    pub bricks: u32,
+    pub bricks_missing: u32,
+    pub faces: u32,
+    pub pages: u32,
+    pub rays: u64,
+}
+
+/// One device allocation.
+#[derive(Serialize)]
+pub struct Resource {
+    pub name: &'static str,
+    pub bytes: u64,
+}
+
+/// [`Settings`] in JSON.
+#[derive(Serialize)]
+pub struct SettingsEntry {
+    voxel_size: f32,
+    grid_offset: [f32; 3],
+    coverage_groups: [u32; 3],
+    memory_budget: u64,
+    voxelize_bricks_per_frame: u32,
+    light_faces_per_frame: u32,
+    bounce_rays: u32,
+    direct_samples: u32,
+    hit_model: String,
+    probe_tile: u32,
+    temporal_frames: u32,
+}
+
+impl Report {
+    /// Takes over the scores against the truth, where there is one.
+    pub fn set_score(&mut self, score: &Score) {
+        self.rel_mse = score.rel_mse;
+        self.nrmse = score.nrmse;
+        self.bias = score.bias;
+        self.mean = score.mean;
+        self.max_abs = Some(score.max_abs);
+        self.reference_noise = score.reference_noise;
+    }
+}
+
+impl From<&Stats> for World {
+    fn from(stats: &Stats) -> Self {
+        let resource = |r: &brickgi::ResourceSize| Resource { name: r.name, bytes: r.bytes };
+        Self {
+            world_bytes: stats.world_bytes,
+            view_bytes: stats.view_bytes,
+            resources: stats.resources.iter().map(resource).collect(),
+            bricks: stats.bricks,
+            bricks_missing: stats.bricks_missing,
+            faces: stats.faces,
+            pages: stats.pages,
+            rays: stats.rays,
+        }
+    }
+}
+
+impl From<&Settings> for SettingsEntry {
+    fn from(settings: &Settings) -> Self {
+        Self {
+            voxel_size: settings.voxel_size,
+            grid_offset: settings.grid_offset,
+            coverage_groups: settings.coverage_groups,
+            memory_budget: settings.memory_budget,
+            voxelize_bricks_per_frame: settings.voxelize_bricks_per_frame,
+            light_faces_per_frame: settings.light_faces_per_frame,
+            bounce_rays: settings.bounce_rays,
+            direct_samples: settings.direct_samples,
+            hit_model: format!("{:?}", settings.hit_model).to_lowercase(),
+            probe_tile: settings.probe_tile,
+            temporal_frames: settings.temporal_frames,
+        }
+    }
+}
+
+impl Display for Report {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let [width, height] = self.size;
+        let Self { scene, camera, frames, device, .. } = self;
+        writeln!(f, "{scene} {camera}, {width} x {height}, {frames} frames in {:.1} s on {device}", self.wall_seconds)?;
+        let timing = &self.timing;
+        writeln!(f, "  GPU   {:.3} ms a frame, dispatch {:.3} ms on the CPU", timing.frame_ms, timing.cpu_ms)?;
+        for pass in &timing.passes {
+            writeln!(f, "        {:<24} {:.3} ms", pass.name, pass.ms)?;
+        }
+        let world = &self.world;
+        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let (in_world, in_views) = (mib(world.world_bytes), mib(world.view_bytes));
+        writeln!(f, "  world {in_world:.2} MiB, views {in_views:.2} MiB, {} bricks, {} faces", world.bricks, world.faces)?;
+        if world.bricks_missing > 0 {
+            writeln!(f, "        {} bricks are missing", world.bricks_missing)?;
+        }
+        match (self.rel_mse, self.nrmse, self.bias) {
+            (Some(rel_mse), Some(nrmse), Some(bias)) => {
+                write!(f, "  truth relMSE {rel_mse:.5}, NRMSE {nrmse:.4}, bias {:+.2} %", bias * 100.0)
+            }
+            _ if self.max_abs.is_some() => write!(f, "  truth is zero; ours has mean {:.3e}", self.mean),
+            _ => write!(f, "  no truth of this size beside the scene; mean E_ind {:.4}", self.mean),
+        }
+    }
+}

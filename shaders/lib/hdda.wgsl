@@ -1,0 +1,176 @@
+// Hierarchical DDA over groups (32 voxels), bricks (8), blocks (4) and voxels (Museth, Hierarchical Digital Differential
+// Analyzer, SIGGRAPH 2014), with hits on stored planes inside their coverage masks.
+
+#import lib/world.wgsl
+#import lib/surface.wgsl
+
+const MISS: u32 = 0u;
+const HIT: u32 = 1u;
+
+struct Hit {
+    // MISS or HIT.
+    kind: u32,
+    // Distance in voxels.
+    t: f32,
+    // Address of the radiance, or NONE: black.
+    light: u32,
+    // Side of the hit voxel.
+    side: u32,
+    cell: vec3<i32>,
+}
+
+// Bound on the cells that a ray visits: three times the diagonal of the largest window in bricks.
+const MAX_STEPS: u32 = 1024u;
+
+// Traces from `origin` (grid space) along a unit `direction` up to `t_max` voxels. `n_origin` is the surface's normal at
+// the origin, or zero: opposing planes nearer than a quarter voxel behind it are not hit.
+fn trace(origin: vec3<f32>, direction: vec3<f32>, n_origin: vec3<f32>, t_max: f32) -> Hit {
+    let d = select(direction, vec3<f32>(1e-7), abs(direction) < vec3<f32>(1e-7));
+    let inverse = 1.0 / d;
+    let forward = vec3<i32>(d > vec3<f32>(0.0));
+
+    let to_low = (frame.bounds_min - origin) * inverse;
+    let to_high = (frame.bounds_max - origin) * inverse;
+    let enter3 = min(to_low, to_high);
+    let exit3 = max(to_low, to_high);
+    let t_end = min(min(exit3.x, exit3.y), min(exit3.z, t_max));
+    var t = max(max(enter3.x, enter3.y), max(enter3.z, 0.0));
+    if t >= t_end { return Hit(MISS, t_max, NONE, 0u, vec3<i32>(0)); }
+
+    var first = t == 0.0;
+    let top = vec3<i32>(frame.extent * GROUP_VOXELS) - 1;
+    var cell = clamp(vec3<i32>(floor(origin + d * t)), vec3<i32>(0), top);
+    let start_cell = select(vec3<i32>(-1), cell, first);
+    var entry_axis = 0u;
+    // Per axis: the ray left the last occupied voxel in front of its plane.
+    var front = vec3<bool>(false);
+
+    var group = vec3<i32>(-1);
+    var group_low = 0u;
+    var group_high = 0u;
+    var group_entries = 0u;
+    var brick_cell = vec3<i32>(-1);
+    var brick = 0u;
+    var block_mask = 0u;
+
+    for (var step = 0u; step < MAX_STEPS; step++) {
+        if any(cell < vec3<i32>(0)) || any(cell > top) || t > t_end { break; }
+        let g = cell >> vec3<u32>(5u);
+        if any(g != group) {
+            group = g;
+            let address = group_address(vec3<u32>(g));
+            group_low = world_grid[address];
+            group_high = world_grid[address + 1u];
+            group_entries = world_grid[address + 2u];
+        }
+        var size = 32;
+        var voxel = Voxel();
+        if (group_low | group_high) != 0u {
+            size = 8;
+            let b = cell >> vec3<u32>(3u);
+            let bit = child_bit(vec3<u32>(b));
+            if mask_has(group_low, group_high, bit) {
+                if any(b != brick_cell) {
+                    brick_cell = b;
+                    brick = world_grid[group_entries + mask_rank(group_low, group_high, bit)];
+                    block_mask = world_bricks[brick];
+                }
+                size = 4;
+                if ((block_mask >> block_index(vec3<u32>(cell))) & 1u) != 0u {
+                    size = 1;
+                    voxel = brick_voxel(brick, block_mask, vec3<u32>(cell));
+                }
+            }
+        }
+        let low = cell & vec3<i32>(-size);
+        let exits = (vec3<f32>(low + forward * size) - origin) * inverse;
+        var t_exit = exits.z;
+        var exit_axis = 2u;
+        if exits.x < exits.y && exits.x < exits.z {
+            t_exit = exits.x;
+            exit_axis = 0u;
+        } else if exits.y < exits.z {
+            t_exit = exits.y;
+            exit_axis = 1u;
+        }
+
+        if !voxel.found {
+            front = vec3<bool>(false);
+        } else if frame.hit_model == 0u {
+            let base = vec3<f32>(cell);
+            let p_in = origin + d * t - base;
+            let p_out = origin + d * t_exit - base;
+            var best_order = 1e9;
+            var best_t = 0.0;
+            var best_side = NONE;
+            for (var axis = 0u; axis < 3u; axis++) {
+                let side = axis * 2u + select(0u, 1u, d[axis] < 0.0);
+                let was = front[axis];
+                front[axis] = false;
+                if !has_side(voxel, side) { continue; }
+                let plane = voxel_plane(voxel, side);
+                let facing = dot(plane.normal, d);
+                if facing >= 0.0 { continue; }
+                let s0 = dot(plane.normal, p_in) - plane.offset;
+                let s1 = dot(plane.normal, p_out) - plane.offset;
+                front[axis] = s1 > 0.0;
+                if s1 > 0.0 || (s0 < select(-0.05, 1e-4, first) && !was) { continue; }
+                if t < 2.0 && dot(plane.normal, n_origin) < -0.9
+                    && dot(plane.normal, origin - base) - plane.offset < 0.25 { continue; }
+                let t_cross = t - max(s0, 0.0) / facing;
+                if !covers(voxel, side, origin + d * t_cross - base) { continue; }
+                // True crossings come before those within the tolerance.
+                let order = t_cross + select(0.0, 64.0, s0 < 0.0 && !was);
+                if order < best_order {
+                    best_order = order;
+                    best_t = t_cross;
+                    best_side = side;
+                }
+            }
+            if best_side != NONE && best_t < t_max {
+                var light = NONE;
+                if is_lit(voxel, best_side) {
+                    light = light_address(voxel, best_side);
+                } else {
+                    light = closed_face_light(voxel, cell, best_side, voxel_plane(voxel, best_side),
+                                              origin + d * best_t, d);
+                }
+                return Hit(HIT, best_t, light, best_side, cell);
+            }
+        } else if any(cell != start_cell) {
+            let side = entry_axis * 2u + select(0u, 1u, d[entry_axis] < 0.0);
+            return Hit(HIT, t, cube_light(voxel, side, d), side, cell);
+        }
+
+        first = false;
+        t = max(t_exit, t);
+        entry_axis = exit_axis;
+        let p = vec3<i32>(floor(origin + d * t));
+        var next = clamp(p, low, low + size - 1);
+        next[exit_axis] = select(low[exit_axis] - 1, low[exit_axis] + size, forward[exit_axis] == 1);
+        cell = next;
+    }
+    return Hit(MISS, t_max, NONE, 0u, vec3<i32>(0));
+}
+
+// Cube hits: the entered side if it is lit, else the own side that looks at the ray most.
+fn cube_light(v: Voxel, side: u32, d: vec3<f32>) -> u32 {
+    if is_lit(v, side) { return light_address(v, side); }
+    var best = NONE;
+    var best_cosine = 0.0;
+    for (var k = 0u; k < 6u; k++) {
+        let cosine = -dot(side_normal(k), d);
+        if is_lit(v, k) && cosine > best_cosine {
+            best = light_address(v, k);
+            best_cosine = cosine;
+        }
+    }
+    return best;
+}
+
+// Radiance that arrives at a traced ray's origin.
+fn hit_radiance(hit: Hit) -> vec3<f32> {
+    if hit.kind == MISS { return frame.sky; }
+    if hit.light == NONE { return vec3<f32>(0.0); }
+    return rgb9e5_decode(world_bricks[hit.light]);
+}

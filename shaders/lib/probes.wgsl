@@ -1,0 +1,44 @@
+// Screen probes: one a tile, on a pixel's surface, with an 8 x 8 hemi-octahedral map of radiance about its normal.
+
+#import shared/view.wgsl
+
+@res var<uniform> view: View;
+@res var depth_image: texture_2d<f32>;
+@res var normal_image: texture_2d<f32>;
+
+// A pixel's surface.
+struct Surface {
+    valid: bool,
+    // Relative to the camera, metres.
+    position: vec3<f32>,
+    normal: vec3<f32>,
+}
+
+fn load_surface(pixel: vec2<u32>) -> Surface {
+    let depth = textureLoad(depth_image, pixel, 0).x;
+    if depth == view.clear_depth { return Surface(); }
+    let ndc = (vec2<f32>(pixel) + 0.5) / vec2<f32>(view.size) * 2.0 - 1.0;
+    let p = view.clip_to_view * vec4<f32>(ndc, depth, 1.0);
+    let position = (view.view_to_world * vec4<f32>(p.xyz / p.w, 0.0)).xyz;
+    let n = textureLoad(normal_image, pixel, 0).xyz;
+    let length2 = dot(n, n);
+    if !(length2 > 1e-6) || !(dot(position, position) < 1e12) { return Surface(); }
+    return Surface(true, position, n * inverseSqrt(length2));
+}
+
+// Unit square to the hemisphere about +z, and the solid angle per unit of the square's area (mean: 2 pi).
+fn hemi_octahedral(square: vec2<f32>) -> vec4<f32> {
+    let s = square * 2.0 - 1.0;
+    let x = (s.x + s.y) * 0.5;
+    let y = (s.x - s.y) * 0.5;
+    let v = vec3<f32>(x, y, 1.0 - abs(x) - abs(y));
+    let length2 = dot(v, v);
+    // The octahedron's faces are 1/sqrt(3) from the centre; d(x, y) = 2 d(square).
+    return vec4<f32>(v * inverseSqrt(length2), 2.0 / (length2 * sqrt(length2)));
+}
+
+// Direction about +z (z >= 0) to the unit square.
+fn hemi_square(v: vec3<f32>) -> vec2<f32> {
+    let p = v.xy / max(abs(v.x) + abs(v.y) + max(v.z, 0.0), 1e-6);
+    return clamp(vec2<f32>(p.x + p.y, p.x - p.y) * 0.5 + 0.5, vec2<f32>(0.0), vec2<f32>(1.0));
+}

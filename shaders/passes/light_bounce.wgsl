@@ -1,0 +1,29 @@
+// Radiosity: hemisphere rays from the listed faces read what their targets sent out last; infinite bounces over time.
+
+#import lib/faces.wgsl
+
+struct LightPush {
+    first_face: u32,
+    face_count: u32,
+    update: u32,
+}
+var<immediate> push: LightPush;
+
+// In: direct irradiance. Out: direct + indirect.
+@res var<storage, read_write> face_irradiance: array<vec2<u32>>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= push.face_count { return; }
+    let face = load_face(vis_faces[push.first_face + id.x]);
+    let normal = face_normal(face);
+    var e = vec3<f32>(0.0);
+    for (var r = 0u; r < frame.bounce_rays; r++) {
+        let index = push.update * frame.bounce_rays + r;
+        let p = face_point(face, r2(face.seed ^ 0x2545f491u, index), pcg(face.seed - index));
+        let direction = cosine_direction(normal, r2(face.seed, index));
+        e += hit_radiance(trace(p, direction, normal, 1e6));
+    }
+    let direct = unpack_irradiance(face_irradiance[id.x]);
+    face_irradiance[id.x] = pack_irradiance(direct + e * (3.14159265 / f32(frame.bounce_rays)));
+}

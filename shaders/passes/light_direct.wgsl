@@ -1,0 +1,44 @@
+// Direct irradiance of the listed faces: every light, from jittered points on the face, shadowed by a ray.
+
+#import lib/faces.wgsl
+
+struct LightPush {
+    first_face: u32,
+    face_count: u32,
+    update: u32,
+}
+var<immediate> push: LightPush;
+
+@res var<storage, read> lights: array<Light>;
+@res var<storage, read_write> face_irradiance: array<vec2<u32>>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= push.face_count { return; }
+    let face = load_face(vis_faces[push.first_face + id.x]);
+    let normal = face_normal(face);
+    var e = vec3<f32>(0.0);
+    for (var s = 0u; s < frame.direct_samples; s++) {
+        let index = push.update * frame.direct_samples + s;
+        let p = face_point(face, r2(face.seed ^ 0x68bc21ebu, index), pcg(face.seed + index));
+        for (var k = 0u; k < frame.light_count; k++) { e += light_at(lights[k], p, normal); }
+    }
+    face_irradiance[id.x] = pack_irradiance(e / f32(frame.direct_samples));
+}
+
+// Irradiance of one light at p (grid space).
+fn light_at(light: Light, p: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    var to_light = -light.vector;
+    var reach = 1e6;
+    var strength = 1.0;
+    if light.kind == LIGHT_POINT {
+        let v = light.vector - p;
+        reach = length(v);
+        to_light = v / max(reach, 1e-6);
+        let metres = max(reach * frame.voxel_size, 1e-3);
+        strength = 1.0 / (metres * metres);
+    }
+    let cosine = dot(normal, to_light);
+    if cosine <= 0.0 || trace(p, to_light, normal, reach).kind == HIT { return vec3<f32>(0.0); }
+    return light.color * (strength * cosine);
+}

@@ -1,0 +1,27 @@
+// One probe a tile, on a pixel that moves through the tile over time. A probe: position (camera-relative metres), normal.
+
+#import lib/probes.wgsl
+#import lib/random.wgsl
+
+struct ViewPush {
+    frame_index: u32,
+}
+var<immediate> push: ViewPush;
+
+// Two words of four floats a probe: position, w = 1 where valid; normal.
+@res var<storage, read_write> probes: array<vec4<f32>>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= view.tiles.x * view.tiles.y { return; }
+    let tile = vec2<u32>(id.x % view.tiles.x, id.x / view.tiles.x);
+    var surface = Surface();
+    // A tile may hold sky: a few places are tried.
+    for (var attempt = 0u; attempt < 4u && !surface.valid; attempt++) {
+        let place = r2(pcg(id.x), push.frame_index * 4u + attempt);
+        let pixel = tile * view.tile_size + vec2<u32>(place * f32(view.tile_size));
+        if all(pixel < view.size) { surface = load_surface(pixel); }
+    }
+    probes[id.x * 2u] = vec4<f32>(surface.position, select(0.0, 1.0, surface.valid));
+    probes[id.x * 2u + 1u] = vec4<f32>(surface.normal, 0.0);
+}

@@ -1,0 +1,124 @@
+// Irradiance of each pixel: four probes around it weighted by plane distance and normal; where none stands for it, its
+// own rays into the world cache; then the average over time with rejection where the surface was not seen before.
+
+#import lib/hdda.wgsl
+#import lib/random.wgsl
+#import lib/probes.wgsl
+
+struct ViewPush {
+    frame_index: u32,
+}
+var<immediate> push: ViewPush;
+
+@res var<storage, read> probes: array<vec4<f32>>;
+@res var<storage, read> probe_irradiance: array<vec4<f32>>;
+// Two words a pixel: irradiance rgb and frames averaged as halves; and the distance to the camera.
+@res var<storage, read> history_in: array<vec2<u32>>;
+@res var<storage, read> history_distance_in: array<f32>;
+@res var<storage, read_write> history_out: array<vec2<u32>>;
+@res var<storage, read_write> history_distance_out: array<f32>;
+@res var output_image: texture_storage_2d<rgba16float, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let pixel = id.xy;
+    if any(pixel >= view.size) { return; }
+    let at = pixel.y * view.stride + pixel.x;
+    let surface = load_surface(pixel);
+    if !surface.valid {
+        history_out[at] = vec2<u32>(0u);
+        history_distance_out[at] = 0.0;
+        textureStore(output_image, pixel, vec4<f32>(0.0));
+        return;
+    }
+    let sum = gather_probes(pixel, surface);
+    var e = sum.xyz / max(sum.w, 1e-6);
+    if sum.w < 1e-3 { e = gather_rays(at, surface); }
+    let past = load_history(surface);
+    let frames = min(past.w + 1.0, f32(view.history_max));
+    e = mix(past.xyz, e, 1.0 / frames);
+    e = clamp(e, vec3<f32>(0.0), vec3<f32>(65000.0));
+    history_out[at] = vec2<u32>(pack2x16float(e.xy), pack2x16float(vec2<f32>(e.z, frames)));
+    history_distance_out[at] = length(surface.position);
+    textureStore(output_image, pixel, vec4<f32>(e, 1.0));
+}
+
+// Weighted irradiance and weight of the four probes around a pixel.
+fn gather_probes(pixel: vec2<u32>, surface: Surface) -> vec4<f32> {
+    let place = (vec2<f32>(pixel) + 0.5) / f32(view.tile_size) - 0.5;
+    let corner = floor(place);
+    let part = place - corner;
+    let distance = length(surface.position);
+    var sum = vec4<f32>(0.0);
+    for (var k = 0u; k < 4u; k++) {
+        let offset = vec2<u32>(k & 1u, k >> 1u);
+        let tile = clamp(vec2<i32>(corner) + vec2<i32>(offset), vec2<i32>(0), vec2<i32>(view.tiles) - 1);
+        let index = u32(tile.y) * view.tiles.x + u32(tile.x);
+        let probe = probes[index * 2u];
+        if probe.w == 0.0 { continue; }
+        let normal = probes[index * 2u + 1u].xyz;
+        let bilinear = select(1.0 - part, part, offset == vec2<u32>(1u));
+        let between = probe.xyz - surface.position;
+        let off_plane = max(abs(dot(between, surface.normal)), abs(dot(between, normal)));
+        let relative = off_plane / (0.02 * distance + 0.05 * frame.voxel_size);
+        let facing = dot(normal, surface.normal);
+        if facing < 0.5 { continue; }
+        let weight = (bilinear.x * bilinear.y + 0.02) * exp2(-relative * relative) * pow(facing, 8.0);
+        sum += vec4<f32>(probe_normal_irradiance(index, normal, surface.normal) * weight, weight);
+    }
+    return sum;
+}
+
+// Bilinear look-up in a probe's 3 x 3 irradiance map.
+fn probe_normal_irradiance(index: u32, probe_normal: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    let square = hemi_square(normal * basis(probe_normal));
+    let place = clamp((square - 0.25) * 4.0, vec2<f32>(0.0), vec2<f32>(2.0));
+    let corner = min(vec2<u32>(place), vec2<u32>(1u));
+    let part = place - vec2<f32>(corner);
+    let first = index * 9u + corner.y * 3u + corner.x;
+    let low = mix(probe_irradiance[first].xyz, probe_irradiance[first + 1u].xyz, part.x);
+    let high = mix(probe_irradiance[first + 3u].xyz, probe_irradiance[first + 4u].xyz, part.x);
+    return mix(low, high, part.y);
+}
+
+// The last resort: rays of the pixel's own into the world cache.
+fn gather_rays(at: u32, surface: Surface) -> vec3<f32> {
+    let origin = view.camera + surface.position / frame.voxel_size + surface.normal * 0.001;
+    var e = vec3<f32>(0.0);
+    for (var r = 0u; r < 4u; r++) {
+        let direction = cosine_direction(surface.normal, r2(pcg(at), push.frame_index * 4u + r));
+        e += hit_radiance(trace(origin, direction, surface.normal, 1e6));
+    }
+    return e * (3.14159265 / 4.0);
+}
+
+// Last frame's average at a surface, and how many frames it holds; 0 where it was not seen.
+fn load_history(surface: Surface) -> vec4<f32> {
+    if view.history_valid == 0u { return vec4<f32>(0.0); }
+    let clip = view.previous_clip * vec4<f32>(surface.position, 1.0);
+    if clip.w <= 0.0 { return vec4<f32>(0.0); }
+    let size = vec2<i32>(vec2<u32>(view.previous_size & 0xffffu, view.previous_size >> 16u));
+    let place = (clip.xy / clip.w * 0.5 + 0.5) * vec2<f32>(size) - 0.5;
+    // A still camera lands on the pixel itself, up to rounding.
+    let snapped = select(place, round(place), abs(place - round(place)) < vec2<f32>(0.01));
+    let corner = vec2<i32>(floor(snapped));
+    let part = snapped - vec2<f32>(corner);
+    let distance = length(surface.position - view.camera_delta);
+    var sum = vec4<f32>(0.0);
+    var weight_sum = 0.0;
+    for (var k = 0; k < 4; k++) {
+        let offset = vec2<i32>(k & 1, k >> 1u);
+        let pixel = corner + offset;
+        if any(pixel < vec2<i32>(0)) || any(pixel >= size) { continue; }
+        let bilinear = select(1.0 - part, part, offset == vec2<i32>(1));
+        let weight = bilinear.x * bilinear.y;
+        let at = u32(pixel.y) * view.stride + u32(pixel.x);
+        let seen = history_distance_in[at];
+        if weight <= 1e-4 || abs(seen - distance) > 0.02 * distance + 1e-3 { continue; }
+        let words = history_in[at];
+        sum += weight * vec4<f32>(unpack2x16float(words.x), unpack2x16float(words.y));
+        weight_sum += weight;
+    }
+    if weight_sum < 0.01 { return vec4<f32>(0.0); }
+    return sum / weight_sum;
+}

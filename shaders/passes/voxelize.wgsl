@@ -1,0 +1,383 @@
+// One listed voxel a workgroup: 16 x 16 columns along each axis are cut against the triangles; the outermost layer of
+// each column enters the face's sums. Then planes, coverage and what the voxel shows its neighbours.
+// Per-face sums weighted by projected area are what rasterising in three directions would give, without its overdraw;
+// they are integers, so their order does not matter. Rules: accuracy "Build, per voxel".
+
+#import lib/triangles.wgsl
+#import lib/random.wgsl
+
+struct VoxelizePush {
+    first_brick: u32,
+    emission_max: f32,
+}
+var<immediate> push: VoxelizePush;
+
+@res var<storage, read> voxel_items: array<u32>;
+@res var<storage, read> materials: array<Material>;
+@res var<storage, read> texels: array<u32>;
+@res var<storage, read_write> voxel_states: array<u32>;
+@res var<storage, read_write> voxel_records: array<u32>;
+
+const LIST_MAX: u32 = 512u;
+const CONTACT: u32 = 0x80000000u;
+const SUMS: u32 = 13u;
+const FIXED: f32 = 1048576.0;
+
+// Triangles that touch the voxel: index in the brick | CONTACT.
+var<workgroup> list: array<u32, 512>;
+var<workgroup> list_count: atomic<u32>;
+// What every thread reads of it.
+var<workgroup> list_size: u32;
+// Outermost crossing per side and column: height | triangle, larger is further out; 0: none.
+var<workgroup> keys: array<u32, 1536>;
+// Per side: samples, normal, position, albedo, emission.
+var<workgroup> sums: array<atomic<i32>, 78>;
+var<workgroup> coverage: array<atomic<u32>, 48>;
+// Per side and coverage cell: covered | open << 16.
+var<workgroup> cells: array<atomic<u32>, 96>;
+var<workgroup> planes: array<vec4<f32>, 6>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
+    let item = voxel_items[group.x];
+    let batch = item >> 10u;
+    let brick = batch_bricks[push.first_brick + batch];
+    let cell = apron_cell(item & 1023u);
+    let origin = vec3<f32>(cell);
+
+    for (var i = thread; i < 1536u; i += 64u) { keys[i] = 0u; }
+    for (var i = thread; i < 78u; i += 64u) { atomicStore(&sums[i], 0); }
+    for (var i = thread; i < 96u; i += 64u) { atomicStore(&cells[i], 0u); }
+    if thread < 48u { atomicStore(&coverage[thread], 0u); }
+
+    var next = 0u;
+    while next < brick.triangle_count {
+        if thread == 0u { atomicStore(&list_count, 0u); }
+        workgroupBarrier();
+        // Gather until the list may overflow; further triangles come in another round.
+        while next < brick.triangle_count && published_count(thread) <= LIST_MAX - 64u {
+            let i = next + thread;
+            if i < brick.triangle_count
+                && overlaps_cube(load_triangle(brick.first_triangle + i, origin), vec3<f32>(0.5), 0.51) {
+                list[atomicAdd(&list_count, 1u)] = i;
+            }
+            next += 64u;
+            workgroupBarrier();
+        }
+        let count = published_count(thread);
+        flag_contacts(brick.first_triangle, origin, count, thread);
+        workgroupBarrier();
+        for (var k = 0u; k < count; k++) { cut(brick.first_triangle, origin, count, list[k], thread); }
+        workgroupBarrier();
+    }
+    workgroupBarrier();
+
+    for (var side = 0u; side < 6u; side++) { sum_side(brick.first_triangle, origin, side, thread); }
+    workgroupBarrier();
+    if thread < 6u { planes[thread] = mean_plane(thread); }
+    workgroupBarrier();
+
+    let inner = all(cell >= vec3<i32>(0)) && all(cell < vec3<i32>(8));
+    if inner {
+        for (var side = 0u; side < 6u; side++) { test_open(side, thread); }
+    }
+    workgroupBarrier();
+    if thread == 0u { voxel_states[batch * APRON_COUNT + (item & 1023u)] = voxel_state(); }
+    if inner && thread < 6u {
+        let c = vec3<u32>(cell);
+        let record = (batch * 512u + c.x + 8u * (c.y + 8u * c.z)) * RECORD_WORDS + thread * 3u;
+        write_face(record, thread, pcg(brick.seed + c.x + 8u * (c.y + 8u * c.z)) + thread);
+    }
+}
+
+fn published_count(thread: u32) -> u32 {
+    if thread == 0u { list_size = atomicLoad(&list_count); }
+    return workgroupUniformLoad(&list_size);
+}
+
+// Opposing parallel triangles in one plane are the contact of two solids, not a surface.
+fn is_contact(normal: vec3<f32>, on: vec3<f32>, other: Triangle) -> bool {
+    let n = triangle_normal(other);
+    return dot(normal, n) < -0.9999 && abs(dot(normal, other.a - on) - 2.0 * TIE_SHIFT) < 5e-4
+        && (other.material & TWO_SIDED) == 0u;
+}
+
+fn flag_contacts(first: u32, origin: vec3<f32>, count: u32, thread: u32) {
+    for (var i = thread; i < count; i += 64u) {
+        let t = load_triangle(first + list[i], origin);
+        if (t.material & TWO_SIDED) != 0u { continue; }
+        let n = triangle_normal(t);
+        for (var j = 0u; j < count; j++) {
+            if is_contact(n, t.a, load_triangle(first + (list[j] & 0xffffu), origin)) {
+                list[i] |= CONTACT;
+                break;
+            }
+        }
+    }
+}
+
+// The triangle's outline in the plane of an axis; a column is inside where all three edges say so.
+fn in_outline(t: Triangle, axis: u32, sign: f32, p: vec2<f32>) -> bool {
+    let u = axis_u(axis);
+    let v = axis_v(axis);
+    let a = vec2<f32>(t.a[u], t.a[v]);
+    let b = vec2<f32>(t.b[u], t.b[v]);
+    let c = vec2<f32>(t.c[u], t.c[v]);
+    return on_left(a, b, p, sign) && on_left(b, c, p, sign) && on_left(c, a, p, sign);
+}
+
+fn on_left(a: vec2<f32>, b: vec2<f32>, p: vec2<f32>, sign: f32) -> bool {
+    let e = b - a;
+    let q = p - a;
+    return (e.x * q.y - e.y * q.x) * sign >= -1e-5 * (abs(e.x) + abs(e.y));
+}
+
+fn column(thread: u32, k: u32) -> vec2<f32> {
+    return (vec2<f32>(f32((thread & 3u) * 4u + k), f32(thread >> 2u)) + 0.5) / 16.0;
+}
+
+// Enters a triangle's crossings with this thread's four columns of each axis.
+fn cut(first: u32, origin: vec3<f32>, count: u32, entry: u32, thread: u32) {
+    let index = entry & 0xffffu;
+    let t = load_triangle(first + index, origin);
+    let n = triangle_normal(t);
+    for (var axis = 0u; axis < 3u; axis++) {
+        if !(abs(n[axis]) > 1e-4) { continue; }
+        let sign = select(-1.0, 1.0, n[axis] > 0.0);
+        for (var k = 0u; k < 4u; k++) {
+            let p = column(thread, k);
+            if !in_outline(t, axis, sign, p) { continue; }
+            let height = (dot(n, t.a) - n[axis_u(axis)] * p.x - n[axis_v(axis)] * p.y) / n[axis];
+            if height < 0.0 || height >= 1.0 { continue; }
+            if (entry & CONTACT) != 0u && touches(first, origin, count, n, t.a, axis, p) { continue; }
+            let level = 1u + u32(height * 65534.0);
+            let two_sided = (t.material & TWO_SIDED) != 0u;
+            let slot = axis * 512u + thread * 4u + k;
+            if sign > 0.0 || two_sided {
+                keys[slot + 256u] = max(keys[slot + 256u], (level << 16u) | index);
+            }
+            if sign < 0.0 || two_sided {
+                keys[slot] = max(keys[slot], ((65536u - level) << 16u) | index);
+            }
+        }
+    }
+}
+
+fn touches(first: u32, origin: vec3<f32>, count: u32, n: vec3<f32>, on: vec3<f32>, axis: u32, p: vec2<f32>) -> bool {
+    for (var j = 0u; j < count; j++) {
+        if (list[j] & CONTACT) == 0u { continue; }
+        let other = load_triangle(first + (list[j] & 0xffffu), origin);
+        if is_contact(n, on, other) && in_outline(other, axis, select(-1.0, 1.0, n[axis] < 0.0), p) { return true; }
+    }
+    return false;
+}
+
+// Adds this thread's columns to a side's sums.
+fn sum_side(first: u32, origin: vec3<f32>, side: u32, thread: u32) {
+    let axis = side >> 1u;
+    let u = axis_u(axis);
+    let v = axis_v(axis);
+    var n_sum = vec3<f32>(0.0);
+    var p_sum = vec3<f32>(0.0);
+    var albedo = vec3<f32>(0.0);
+    var emission = vec3<f32>(0.0);
+    var bits = 0u;
+    for (var k = 0u; k < 4u; k++) {
+        let key = keys[axis * 512u + (side & 1u) * 256u + thread * 4u + k];
+        if key == 0u { continue; }
+        bits |= 1u << k;
+        let index = first + (key & 0xffffu);
+        let t = load_triangle(index, origin);
+        let front = triangle_normal(t);
+        let outward = (front[axis] > 0.0) == ((side & 1u) == 1u);
+        let c = column(thread, k);
+        var p = vec3<f32>(0.0);
+        p[u] = c.x;
+        p[v] = c.y;
+        p[axis] = (dot(front, t.a) - front[u] * c.x - front[v] * c.y) / front[axis];
+        n_sum += select(-front, front, outward);
+        p_sum += p;
+        let material = materials[t.material & ~TWO_SIDED];
+        albedo += min(material.base_color * texture_color(material, index, t, p), vec3<f32>(0.95));
+        if outward { emission += material.emission; }
+    }
+    if bits == 0u { return; }
+    let base = side * SUMS;
+    atomicAdd(&sums[base], i32(countOneBits(bits)));
+    add3(base + 1u, n_sum);
+    add3(base + 4u, p_sum);
+    add3(base + 7u, albedo);
+    add3(base + 10u, emission / push.emission_max);
+    atomicOr(&coverage[side * 8u + (thread >> 3u)], bits << ((thread & 7u) * 4u));
+    let row = thread >> 2u;
+    atomicAdd(&cells[side * 16u + (row >> 2u) * 4u + (thread & 3u)], countOneBits(bits));
+}
+
+fn add3(at: u32, value: vec3<f32>) {
+    let fixed = vec3<i32>(round(value * FIXED));
+    atomicAdd(&sums[at], fixed.x);
+    atomicAdd(&sums[at + 1u], fixed.y);
+    atomicAdd(&sums[at + 2u], fixed.z);
+}
+
+fn sum3(at: u32) -> vec3<f32> {
+    return vec3<f32>(vec3<i32>(atomicLoad(&sums[at]), atomicLoad(&sums[at + 1u]), atomicLoad(&sums[at + 2u]))) / FIXED;
+}
+
+fn texture_color(material: Material, index: u32, t: Triangle, p: vec3<f32>) -> vec3<f32> {
+    if material.texture == NO_TEXTURE { return vec3<f32>(1.0); }
+    let e1 = t.b - t.a;
+    let e2 = t.c - t.a;
+    let n = cross(e1, e2);
+    let area2 = dot(n, n);
+    let wb = dot(cross(p - t.a, e2), n) / area2;
+    let wc = dot(cross(e1, p - t.a), n) / area2;
+    let uv12 = triangles[index * 4u + 3u];
+    let uv0 = vec2<f32>(triangles[index * 4u + 1u].w, triangles[index * 4u + 2u].w);
+    let uv = uv0 * (1.0 - wb - wc) + uv12.xy * wb + uv12.zw * wc;
+    let size = vec2<u32>(material.texture_size & 0xffffu, material.texture_size >> 16u);
+    let texel = min(vec2<u32>(fract(uv) * vec2<f32>(size)), size - 1u);
+    let s = unpack4x8unorm(texels[material.texture + texel.y * size.x + texel.x]).xyz;
+    // Stored as square roots of linear values.
+    return s * s;
+}
+
+// Normal and offset of a side's mean plane as it will be stored; w < -1e6: no surface.
+fn mean_plane(side: u32) -> vec4<f32> {
+    let base = side * SUMS;
+    let count = f32(atomicLoad(&sums[base]));
+    if count == 0.0 { return vec4<f32>(0.0, 0.0, 0.0, -1e9); }
+    let plane = plane_decode(side, encoded_plane(side));
+    return vec4<f32>(plane.normal, plane.offset);
+}
+
+fn encoded_plane(side: u32) -> u32 {
+    let base = side * SUMS;
+    let n = sum3(base + 1u);
+    let length2 = dot(n, n);
+    let normal = select(side_normal(side), n * inverseSqrt(max(length2, 1e-12)), length2 > 1e-6);
+    return plane_encode(side, normal, sum3(base + 4u) / f32(atomicLoad(&sums[base])));
+}
+
+fn has_surface(side: u32) -> bool {
+    return planes[side].w > -1e6;
+}
+
+fn is_covered(side: u32, p: vec3<f32>) -> bool {
+    let axis = side >> 1u;
+    let x = u32(clamp(p[axis_u(axis)] * 16.0, 0.0, 15.0));
+    let y = u32(clamp(p[axis_v(axis)] * 16.0, 0.0, 15.0));
+    return ((atomicLoad(&coverage[side * 8u + (y >> 1u)]) >> ((y & 1u) * 16u + x)) & 1u) != 0u;
+}
+
+// Counts the uncovered columns whose point on the plane lies in the voxel and is not hidden by another side.
+fn test_open(side: u32, thread: u32) {
+    if !has_surface(side) { return; }
+    let axis = side >> 1u;
+    let n = planes[side].xyz;
+    var open = 0u;
+    for (var k = 0u; k < 4u; k++) {
+        let c = column(thread, k);
+        var p = vec3<f32>(0.0);
+        p[axis_u(axis)] = c.x;
+        p[axis_v(axis)] = c.y;
+        if is_covered(side, p) { continue; }
+        p[axis] = (planes[side].w - n[axis_u(axis)] * c.x - n[axis_v(axis)] * c.y) / n[axis];
+        if p[axis] <= -0.02 || p[axis] >= 1.02 { continue; }
+        if !is_hidden(side, p + n * 0.02) { open += 1u; }
+    }
+    let row = thread >> 2u;
+    atomicAdd(&cells[side * 16u + (row >> 2u) * 4u + (thread & 3u)], open << 16u);
+}
+
+fn is_hidden(side: u32, p: vec3<f32>) -> bool {
+    for (var b = 0u; b < 6u; b++) {
+        if b == side || !has_surface(b) { continue; }
+        if dot(planes[b].xyz, p) - planes[b].w >= 0.016 || !is_covered(b, p) { continue; }
+        let other = b ^ 1u;
+        if has_surface(other) && is_covered(other, p) && dot(planes[other].xyz, p) > planes[other].w { continue; }
+        return true;
+    }
+    return false;
+}
+
+// 4 x 4 coverage: cells at least half covered of what is not hidden; wholly hidden ones only beside a covered one; if
+// none would be set, the fullest. Returns the mask and, in `share`, the part of the cross-section it stands for.
+fn coverage_mask(side: u32, share: ptr<function, f32>) -> u32 {
+    var mask = 0u;
+    var fullest = 0u;
+    var fullest_count = 0u;
+    var total = 0u;
+    var area = 0u;
+    for (var k = 0u; k < 16u; k++) {
+        let covered = atomicLoad(&cells[side * 16u + k]) & 0xffffu;
+        let open = atomicLoad(&cells[side * 16u + k]) >> 16u;
+        total += covered;
+        if covered > fullest_count {
+            fullest = k;
+            fullest_count = covered;
+        }
+        let is_set = select(covered >= open, beside_covered(side, k), covered + open == 0u);
+        if is_set {
+            mask |= 1u << k;
+            area += covered + open;
+        }
+    }
+    if total >= 252u {
+        mask = 0xffffu;
+        area = total;
+    } else if mask == 0u {
+        mask = 1u << fullest;
+        area = fullest_count;
+    }
+    *share = f32(area) / 256.0;
+    return mask;
+}
+
+fn beside_covered(side: u32, k: u32) -> bool {
+    let x = i32(k & 3u);
+    let y = i32(k >> 2u);
+    for (var v = max(y - 1, 0); v <= min(y + 1, 3); v++) {
+        for (var u = max(x - 1, 0); u <= min(x + 1, 3); u++) {
+            if (atomicLoad(&cells[side * 16u + u32(v * 4 + u)]) & 0xffffu) != 0u { return true; }
+        }
+    }
+    return false;
+}
+
+fn write_face(record: u32, side: u32, seed: u32) {
+    if !has_surface(side) { return; }
+    let base = side * SUMS;
+    let count = f32(atomicLoad(&sums[base]));
+    var share = 0.0;
+    let mask = coverage_mask(side, &share);
+    let dither = vec3<f32>(unit_float(pcg(seed)), unit_float(pcg(seed + 1u)), unit_float(pcg(seed + 2u)));
+    let albedo = albedo_encode(sum3(base + 7u) / count, dither);
+    // Flux over what a ray can hit.
+    let emission = sum3(base + 10u) * push.emission_max / 256.0 / max(share, 1e-3);
+    voxel_records[record] = encoded_plane(side);
+    voxel_records[record + 1u] = mask | (albedo << 16u);
+    voxel_records[record + 2u] = rgb9e5_encode(emission, vec3<f32>(0.5));
+}
+
+// What neighbours may know: sides with surface 6 | axes with a thin wall 3 << 6 | sides that emit 6 << 9.
+fn voxel_state() -> u32 {
+    var state = 0u;
+    for (var side = 0u; side < 6u; side++) {
+        if !has_surface(side) { continue; }
+        state |= 1u << side;
+        let base = side * SUMS + 10u;
+        if atomicLoad(&sums[base]) + atomicLoad(&sums[base + 1u]) + atomicLoad(&sums[base + 2u]) > 0 {
+            state |= 1u << (9u + side);
+        }
+    }
+    for (var axis = 0u; axis < 3u; axis++) {
+        let low_count = f32(atomicLoad(&sums[axis * 2u * SUMS]));
+        let high_count = f32(atomicLoad(&sums[(axis * 2u + 1u) * SUMS]));
+        if min(low_count, high_count) < 5.0 { continue; }
+        let low = sum3(axis * 2u * SUMS + 4u)[axis] / low_count;
+        let high = sum3((axis * 2u + 1u) * SUMS + 4u)[axis] / high_count;
+        if high > low && high < 0.995 && low > 0.005 { state |= 1u << (6u + axis); }
+    }
+    return state;
+}

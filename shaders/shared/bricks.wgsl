@@ -1,0 +1,49 @@
+// A queued brick: its triangles stand in brick space (voxels, origin at its low corner).
+struct BatchBrick {
+    first_triangle: u32,
+    triangle_count: u32,
+    // Hash of the brick's world position.
+    seed: u32,
+    unused: u32,
+}
+
+// What `face_resolve` tells the host of a brick.
+struct BrickResult {
+    // Words of the brick; 0: empty.
+    words: u32,
+    // First word in `payload`; NONE: did not fit, try again.
+    offset: u32,
+    // Lit faces.
+    faces: u32,
+    // Occupied voxels | planes << 16.
+    voxels_planes: u32,
+}
+
+struct Material {
+    base_color: vec3<f32>,
+    // First texel in `texels`, or NO_TEXTURE.
+    texture: u32,
+    emission: vec3<f32>,
+    // Width | height << 16.
+    texture_size: u32,
+}
+
+// Words to copy from `payload` to `world_bricks`.
+struct BrickCopy {
+    source: u32,
+    target_word: u32,
+    words: u32,
+    unused: u32,
+}
+
+// A brick chosen for lighting.
+struct LightBrick {
+    // First word in `world_bricks`.
+    base: u32,
+    // Brick position in the window: x | y << 10 | z << 20.
+    position: u32,
+    // Its faces' first place in `vis_faces`.
+    first_face: u32,
+    // Weight of the new value, 0 to 1.
+    alpha: f32,
+}

@@ -1,0 +1,29 @@
+// Sizes that both sides know.
+
+// Voxels along the edge of a block, brick and group of bricks.
+const BLOCK_VOXELS: u32 = 4u;
+const BRICK_VOXELS: u32 = 8u;
+const GROUP_VOXELS: u32 = 32u;
+// Words of a group's record in `world_grid`: mask low, mask high, first entry, unused.
+const GROUP_WORDS: u32 = 4u;
+// Allocation unit of a brick in `world_bricks`, in words (64 bytes).
+const PAGE_WORDS: u32 = 16u;
+// Words of a block's record in a brick.
+const BLOCK_WORDS: u32 = 4u;
+// Bricks voxelised by one dispatch: 32 x 1000 workgroups stay below the 65535 that every device offers.
+const BATCH_BRICKS: u32 = 32u;
+// A brick and one voxel around it.
+const APRON_VOXELS: u32 = 10u;
+const APRON_COUNT: u32 = 1000u;
+// Words of a voxel's six faces between `voxelize` and `face_resolve`.
+const RECORD_WORDS: u32 = 18u;
+// Surfaces on a voxel's border are moved this far into the solid (voxels): accuracy rule "ties go into the solid".
+const TIE_SHIFT: f32 = 0.002;
+// Set in a triangle's material word: both sides are surface.
+const TWO_SIDED: u32 = 0x80000000u;
+// `Material.texture` without a texture.
+const NO_TEXTURE: u32 = 0xffffffffu;
+const NONE: u32 = 0xffffffffu;
+// Kinds of light.
+const LIGHT_DIRECTIONAL: u32 = 0u;
+const LIGHT_POINT: u32 = 1u;

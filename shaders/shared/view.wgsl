@@ -1,0 +1,28 @@
+// One view's camera, this frame and the last.
+struct View {
+    // Depth-buffer clip space to view space.
+    clip_to_view: mat4x4<f32>,
+    // Rotation (w column unused).
+    view_to_world: mat4x4<f32>,
+    // Camera-relative world (metres) of this frame to last frame's clip space.
+    previous_clip: mat4x4<f32>,
+    // Camera in grid space.
+    camera: vec3<f32>,
+    // Depth where nothing was drawn.
+    clear_depth: f32,
+    // Rendered region in pixels.
+    size: vec2<u32>,
+    // Probes: one a tile.
+    tiles: vec2<u32>,
+    // Row of the history buffers in pixels.
+    stride: u32,
+    tile_size: u32,
+    // Frames averaged at most.
+    history_max: u32,
+    // 1: last frame's history can be used.
+    history_valid: u32,
+    // Last frame's camera minus this frame's, metres.
+    camera_delta: vec3<f32>,
+    // Rendered region of the last frame: width | height << 16.
+    previous_size: u32,
+}

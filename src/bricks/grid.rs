@@ -1,0 +1,173 @@
+//! The host's image of `world_grid`: which bricks each group holds and where their entries stand.
+//! The only host code that knows its layout (shaders: lib/world.wgsl).
+
+use super::ExtentAllocator;
+use crate::gpu::shared::GROUP_WORDS;
+use glam::{IVec3, UVec3};
+use std::collections::HashMap;
+
+#[derive(Clone, Copy, Default)]
+struct Group {
+    mask: u64,
+    /// First entry, in units of [`Grid::ENTRY_UNIT`], and how many units.
+    entries: u32,
+    units: u32,
+}
+
+/// Two-level grid of bricks: a 64-bit mask a group, then an entry for each brick that exists.
+pub struct Grid {
+    extent: UVec3,
+    groups: Vec<Group>,
+    entries: Vec<u32>,
+    space: ExtentAllocator,
+    writes: HashMap<u32, u32>,
+}
+
+impl Grid {
+    const ENTRY_UNIT: u32 = 4;
+    /// Entries of a new grid.
+    const FIRST_ENTRIES: u32 = 4096;
+
+    /// An empty grid of `extent` groups.
+    pub fn new(extent: UVec3) -> Self {
+        Self {
+            extent,
+            groups: vec![Group::default(); (extent.x * extent.y * extent.z) as usize],
+            entries: vec![0; Self::FIRST_ENTRIES as usize],
+            space: ExtentAllocator::new(Self::FIRST_ENTRIES / Self::ENTRY_UNIT),
+            writes: HashMap::new(),
+        }
+    }
+
+    fn first_entry_word(&self) -> u32 {
+        self.groups.len() as u32 * GROUP_WORDS
+    }
+
+    /// Words that `world_grid` must have.
+    pub fn words(&self) -> u32 {
+        self.first_entry_word() + self.entries.len() as u32
+    }
+
+    /// Changes since the last call, as pairs of address and value.
+    pub fn take_writes(&mut self) -> Vec<[u32; 2]> {
+        let mut writes: Vec<[u32; 2]> = self.writes.drain().map(|(at, value)| [at, value]).collect();
+        writes.sort_unstable();
+        writes
+    }
+
+    /// Physical group and bit of a brick (world position in bricks): toroidal, so that nothing moves with the camera.
+    fn place(&self, brick: IVec3) -> (usize, u32) {
+        let group = (brick >> 2i32).as_uvec3() & (self.extent - 1);
+        let child = (brick & 3i32).as_uvec3();
+        let index = group.x + self.extent.x * (group.y + self.extent.y * group.z);
+        (index as usize, child.x | child.y << 2 | child.z << 4)
+    }
+
+    /// Enters a brick's first word, or replaces it.
+    pub fn insert(&mut self, brick: IVec3, word: u32) {
+        let (index, bit) = self.place(brick);
+        let group = self.groups[index];
+        let rank = (group.mask & ((1u64 << bit) - 1)).count_ones();
+        if group.mask >> bit & 1 == 1 {
+            self.write_entry(group.entries * Self::ENTRY_UNIT + rank, word);
+            return;
+        }
+        let mut list = self.list(group);
+        list.insert(rank as usize, word);
+        self.store(index, group.mask | 1 << bit, &list);
+    }
+
+    /// Takes a brick out.
+    pub fn remove(&mut self, brick: IVec3) {
+        let (index, bit) = self.place(brick);
+        let group = self.groups[index];
+        if group.mask >> bit & 1 == 1 {
+            let rank = (group.mask & ((1u64 << bit) - 1)).count_ones();
+            let mut list = self.list(group);
+            list.remove(rank as usize);
+            self.store(index, group.mask & !(1 << bit), &list);
+        }
+    }
+
+    fn list(&self, group: Group) -> Vec<u32> {
+        let first = (group.entries * Self::ENTRY_UNIT) as usize;
+        self.entries[first..first + group.mask.count_ones() as usize].to_vec()
+    }
+
+    fn store(&mut self, index: usize, mask: u64, list: &[u32]) {
+        let group = self.groups[index];
+        let units = (list.len() as u32).div_ceil(Self::ENTRY_UNIT);
+        let mut entries = group.entries;
+        if units != group.units {
+            if group.units > 0 {
+                self.space.free(group.entries, group.units);
+            }
+            entries = if units > 0 { self.allocate(units) } else { 0 };
+        }
+        self.groups[index] = Group { mask, entries, units };
+        for (i, word) in list.iter().enumerate() {
+            self.write_entry(entries * Self::ENTRY_UNIT + i as u32, *word);
+        }
+        let at = index as u32 * GROUP_WORDS;
+        self.writes.insert(at, mask as u32);
+        self.writes.insert(at + 1, (mask >> 32) as u32);
+        self.writes.insert(at + 2, self.first_entry_word() + entries * Self::ENTRY_UNIT);
+    }
+
+    fn allocate(&mut self, units: u32) -> u32 {
+        loop {
+            if let Some(start) = self.space.allocate(units) {
+                return start;
+            }
+            let capacity = self.space.capacity() * 2;
+            self.space.grow(capacity);
+            self.entries.resize((capacity * Self::ENTRY_UNIT) as usize, 0);
+        }
+    }
+
+    fn write_entry(&mut self, entry: u32, word: u32) {
+        self.entries[entry as usize] = word;
+        self.writes.insert(self.first_entry_word() + entry, word);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the writes add up to gives every brick its word, whatever the history.
+    #[test]
+    fn the_gpu_finds_what_the_host_entered() {
+        let mut grid = Grid::new(UVec3::new(2, 1, 2));
+        let mut expected: HashMap<IVec3, u32> = HashMap::new();
+        let mut memory = vec![0u32; 1 << 16];
+        let mut random = 7u32;
+        for step in 0..20_000u32 {
+            random = random.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+            let brick = IVec3::new((random >> 8 & 7) as i32, (random >> 12 & 3) as i32, (random >> 16 & 7) as i32);
+            if random >> 30 == 0 {
+                grid.remove(brick);
+                expected.remove(&brick);
+            } else {
+                grid.insert(brick, step + 1);
+                expected.insert(brick, step + 1);
+            }
+            for [at, value] in grid.take_writes() {
+                memory[at as usize] = value;
+            }
+        }
+        for x in 0..8 {
+            for y in 0..4 {
+                for z in 0..8 {
+                    let brick = IVec3::new(x, y, z);
+                    let (index, bit) = grid.place(brick);
+                    let at = index * GROUP_WORDS as usize;
+                    let mask = u64::from(memory[at]) | u64::from(memory[at + 1]) << 32;
+                    let rank = (mask & ((1u64 << bit) - 1)).count_ones();
+                    let found = (mask >> bit & 1 == 1).then(|| memory[(memory[at + 2] + rank) as usize]);
+                    assert_eq!(found, expected.get(&brick).copied());
+                }
+            }
+        }
+    }
+}

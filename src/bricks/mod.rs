@@ -1,0 +1,11 @@
+//! Which bricks exist, where they lie in memory, and which are next. CPU only; no Vulkan.
+
+mod allocator;
+mod grid;
+mod primitives;
+mod table;
+
+pub use allocator::ExtentAllocator;
+pub use grid::Grid;
+pub use primitives::{PrimitiveIndex, WorldGrid};
+pub use table::{BrickTable, Finished};

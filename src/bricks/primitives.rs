@@ -1,0 +1,166 @@
+//! Which triangles touch which brick.
+
+use crate::gpu::shared::{TIE_SHIFT, TWO_SIDED};
+use crate::scene::{Instance, Mesh, Scene};
+use glam::{DVec3, IVec3, Vec3};
+use std::collections::{HashMap, HashSet};
+
+/// Where the voxel grid lies in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct WorldGrid {
+    /// Metres.
+    pub voxel_size: f64,
+    /// Voxels.
+    pub offset: DVec3,
+}
+
+impl WorldGrid {
+    /// World metres to voxels.
+    pub fn to_voxels(&self, p: DVec3) -> DVec3 {
+        p / self.voxel_size - self.offset
+    }
+}
+
+/// Voxels around a brick that also decide about its faces.
+const REACH: f64 = 1.02;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Primitive {
+    instance: u64,
+    triangle: u32,
+}
+
+/// The per-brick primitive lists.
+#[derive(Default)]
+pub struct PrimitiveIndex {
+    bricks: HashMap<IVec3, Vec<Primitive>>,
+    touched: HashMap<u64, Vec<IVec3>>,
+}
+
+impl PrimitiveIndex {
+    /// Takes an instance's triangles out; returns the bricks that held some.
+    pub fn remove(&mut self, instance: u64) -> Vec<IVec3> {
+        let bricks = self.touched.remove(&instance).unwrap_or_default();
+        for brick in &bricks {
+            if let Some(list) = self.bricks.get_mut(brick) {
+                list.retain(|p| p.instance != instance);
+                if list.is_empty() {
+                    self.bricks.remove(brick);
+                }
+            }
+        }
+        bricks
+    }
+
+    /// Enters an instance's triangles; returns the bricks that they touch (or nearly touch).
+    pub fn insert(&mut self, id: u64, scene: &Scene, grid: &WorldGrid) -> Vec<IVec3> {
+        let Some(instance) = scene.instances.get(&id) else { return Vec::new() };
+        let Some(mesh) = scene.meshes.get(&instance.mesh) else { return Vec::new() };
+        let mut touched = HashSet::new();
+        for triangle in 0..mesh.triangles.len() as u32 {
+            let corners = voxel_corners(scene, instance, triangle, grid);
+            let low = corners[0].min(corners[1]).min(corners[2]) - REACH;
+            let high = corners[0].max(corners[1]).max(corners[2]) + REACH;
+            let (first, last) = ((low / 8.0).floor().as_ivec3(), (high / 8.0).floor().as_ivec3());
+            for z in first.z..=last.z {
+                for y in first.y..=last.y {
+                    for x in first.x..=last.x {
+                        let brick = IVec3::new(x, y, z);
+                        let center = brick.as_dvec3() * 8.0 + 4.0;
+                        if overlaps_cube(corners.map(|c| (c - center).as_vec3()), (4.0 + REACH) as f32) {
+                            self.bricks.entry(brick).or_default().push(Primitive { instance: id, triangle });
+                            touched.insert(brick);
+                        }
+                    }
+                }
+            }
+        }
+        let touched: Vec<IVec3> = touched.into_iter().collect();
+        self.touched.insert(id, touched.clone());
+        touched
+    }
+
+    /// Bricks that hold triangles.
+    pub fn bricks(&self) -> impl Iterator<Item = IVec3> {
+        self.bricks.keys().copied()
+    }
+
+    /// Whether a brick holds triangles.
+    pub fn contains(&self, brick: IVec3) -> bool {
+        self.bricks.contains_key(&brick)
+    }
+
+    /// Triangles of a brick.
+    pub fn count(&self, brick: IVec3) -> usize {
+        self.bricks.get(&brick).map_or(0, Vec::len)
+    }
+
+    /// A brick's triangles as `lib/triangles.wgsl` reads them: corners in brick space, moved into the solid by
+    /// [`TIE_SHIFT`]; texture coordinates; material and sidedness.
+    pub fn triangles(
+        &self,
+        brick: IVec3,
+        scene: &Scene,
+        grid: &WorldGrid,
+        materials: &HashMap<u64, u32>,
+        out: &mut Vec<[f32; 16]>,
+    ) {
+        for p in self.bricks.get(&brick).into_iter().flatten().take(MAX_TRIANGLES) {
+            let instance = &scene.instances[&p.instance];
+            let mesh = &scene.meshes[&instance.mesh];
+            let origin = brick.as_dvec3() * 8.0;
+            let [a, b, c] = voxel_corners(scene, instance, p.triangle, grid).map(|c| c - origin);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            if normal == DVec3::ZERO {
+                continue;
+            }
+            let shift = normal * f64::from(TIE_SHIFT);
+            let [a, b, c] = [a, b, c].map(|v| (v - shift).as_vec3());
+            let two_sided = mesh.two_sided[p.triangle as usize];
+            let material = materials[&instance.material] | if two_sided { TWO_SIDED } else { 0 };
+            let uv = triangle_uvs(mesh, p.triangle);
+            out.push([
+                a.x, a.y, a.z, f32::from_bits(material), b.x, b.y, b.z, uv[0], c.x, c.y, c.z, uv[1], uv[2], uv[3],
+                uv[4], uv[5],
+            ]);
+        }
+    }
+}
+
+/// Triangles of one brick that are looked at; voxelisation packs their index into 16 bits.
+pub const MAX_TRIANGLES: usize = 32_768;
+
+fn triangle_uvs(mesh: &Mesh, triangle: u32) -> [f32; 6] {
+    if mesh.uvs.is_empty() {
+        return [0.0; 6];
+    }
+    let [a, b, c] = mesh.triangles[triangle as usize].map(|i| mesh.uvs[i as usize]);
+    // Repeats are the same anywhere: near zero, floats are finest.
+    let base = a.min(b).min(c).floor();
+    let [a, b, c] = [a, b, c].map(|v| v - base);
+    [a.x, a.y, b.x, b.y, c.x, c.y]
+}
+
+fn voxel_corners(scene: &Scene, instance: &Instance, triangle: u32, grid: &WorldGrid) -> [DVec3; 3] {
+    let mesh = &scene.meshes[&instance.mesh];
+    let corners = mesh.triangles[triangle as usize].map(|i| mesh.positions[i as usize].as_dvec3());
+    let placed = corners.map(|p| grid.to_voxels(instance.linear * p + instance.translation));
+    // A mirrored instance keeps its outside.
+    if instance.linear.determinant() < 0.0 { [placed[0], placed[2], placed[1]] } else { placed }
+}
+
+/// Separating axes of a triangle and a cube about the origin (Akenine-Moller 2001).
+pub fn overlaps_cube(corners: [Vec3; 3], half: f32) -> bool {
+    let [a, b, c] = corners;
+    let separated = |axis: Vec3| {
+        let (p, q, r) = (axis.dot(a), axis.dot(b), axis.dot(c));
+        let reach = half * axis.abs().element_sum();
+        p.min(q).min(r) > reach || p.max(q).max(r) < -reach
+    };
+    let edges = [b - a, c - b, a - c];
+    let normal = edges[0].cross(edges[1]);
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+    !(axes.into_iter().any(separated)
+        || separated(normal)
+        || edges.into_iter().any(|e| axes.into_iter().any(|x| separated(x.cross(e)))))
+}

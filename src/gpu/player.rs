@@ -1,0 +1,301 @@
+//! Plays a frame's list into a command buffer: bindings by name, barriers where accesses meet.
+//!
+//! Barriers are coarse: one global memory barrier where a pass touches something that was written (or writes something
+//! that was read) since the last one. Passes without such a meeting overlap.
+
+use super::pipelines::descriptor_type;
+use super::{Buffer, Device, Location, Pipelines, Timing};
+use crate::error::{Error, Result};
+use crate::frame::{Command, Frame, Groups};
+use ash::vk;
+use std::collections::{HashMap, HashSet};
+
+/// What a name stands for in one frame.
+#[derive(Clone, Copy)]
+pub enum Bound {
+    /// A range of a buffer.
+    Buffer(vk::Buffer, u64, u64),
+    /// The host's image, in the layout that the contract names.
+    Image(vk::ImageView, vk::ImageLayout),
+}
+
+impl Bound {
+    fn key(self) -> u64 {
+        use vk::Handle;
+        match self {
+            Self::Buffer(buffer, ..) => buffer.as_raw(),
+            Self::Image(view, _) => view.as_raw(),
+        }
+    }
+}
+
+/// What one frame in flight owns.
+pub struct Slot {
+    pool: vk::DescriptorPool,
+    upload: Option<Buffer>,
+    pub timing: Timing,
+    /// Buffers that this slot's frame was the last to use.
+    retired: Vec<Buffer>,
+}
+
+/// Sets a slot's pool can hold: one a pipeline.
+const SETS: u32 = 64;
+
+impl Slot {
+    pub fn new(device: &Device) -> Result<Self> {
+        let sizes = [
+            (vk::DescriptorType::UNIFORM_BUFFER, 2),
+            (vk::DescriptorType::STORAGE_BUFFER, 8),
+            (vk::DescriptorType::SAMPLED_IMAGE, 4),
+            (vk::DescriptorType::STORAGE_IMAGE, 2),
+        ]
+        .map(|(ty, count)| vk::DescriptorPoolSize { ty, descriptor_count: count * SETS });
+        let info = vk::DescriptorPoolCreateInfo::default().max_sets(SETS).pool_sizes(&sizes);
+        let mut timing = Timing::new(device)?;
+        // SAFETY: valid device.
+        match unsafe { device.raw.create_descriptor_pool(&info, None) } {
+            Ok(pool) => Ok(Self { pool, upload: None, timing, retired: Vec::new() }),
+            Err(result) => {
+                timing.destroy(device);
+                Err(Error::Vulkan { call: "vkCreateDescriptorPool", result })
+            }
+        }
+    }
+
+    /// Bytes of the slot's upload buffer.
+    pub fn upload_bytes(&self) -> u64 {
+        self.upload.as_ref().map_or(0, |b| b.size)
+    }
+
+    /// Keeps a buffer until this slot comes round again.
+    pub fn retire(&mut self, buffer: Buffer) {
+        self.retired.push(buffer);
+    }
+
+    /// The slot's last frame is done: frees what only that frame still used.
+    pub fn recycle(&mut self, device: &Device) -> Result<()> {
+        for mut buffer in self.retired.drain(..) {
+            buffer.destroy(device);
+        }
+        // SAFETY: no set of this pool is in use any more.
+        unsafe { device.raw.reset_descriptor_pool(self.pool, vk::DescriptorPoolResetFlags::empty()) }
+            .map_err(Error::vulkan("vkResetDescriptorPool"))
+    }
+
+    /// The GPU must have finished with it.
+    pub fn destroy(&mut self, device: &Device) {
+        self.retired.drain(..).chain(self.upload.take()).for_each(|mut b| b.destroy(device));
+        self.timing.destroy(device);
+        // SAFETY: made on this device, no longer in use.
+        unsafe { device.raw.destroy_descriptor_pool(self.pool, None) };
+    }
+
+    fn upload(&mut self, device: &Device, bytes: &[u8]) -> Result<vk::Buffer> {
+        let size = bytes.len() as u64;
+        if self.upload.as_ref().is_none_or(|b| b.size < size || b.size > 4 * size.max(16 << 10)) {
+            if let Some(mut old) = self.upload.take() {
+                old.destroy(device);
+            }
+            self.upload = Some(Buffer::new(device, size + size / 4, Location::Upload)?);
+        }
+        let buffer = self.upload.as_mut().expect("just made");
+        buffer.write(bytes);
+        Ok(buffer.raw)
+    }
+}
+
+/// Records one frame.
+pub struct Player<'a> {
+    device: &'a Device,
+    pipelines: &'a Pipelines,
+    commands: vk::CommandBuffer,
+    bound: HashMap<&'static str, Bound>,
+    sets: HashMap<&'static str, vk::DescriptorSet>,
+    /// Old and new buffer and bytes to copy, of buffers that grew.
+    grown: HashMap<&'static str, (vk::Buffer, vk::Buffer, u64)>,
+    written: HashSet<u64>,
+    read: HashSet<u64>,
+    /// Nothing has been recorded yet: earlier frames may have written anything.
+    fresh: bool,
+}
+
+impl<'a> Player<'a> {
+    pub fn new(
+        device: &'a Device,
+        pipelines: &'a Pipelines,
+        commands: vk::CommandBuffer,
+        bound: HashMap<&'static str, Bound>,
+        grown: HashMap<&'static str, (vk::Buffer, vk::Buffer, u64)>,
+    ) -> Self {
+        let (sets, written, read) = Default::default();
+        Self { device, pipelines, commands, bound, sets, grown, written, read, fresh: true }
+    }
+
+    /// Records the list.
+    pub fn play(mut self, frame: &Frame, slot: &mut Slot) -> Result<()> {
+        let upload = slot.upload(self.device, frame.upload.bytes())?;
+        for (name, offset, size) in frame.upload.pieces() {
+            self.bound.insert(name, Bound::Buffer(upload, *offset as u64, *size as u64));
+        }
+        slot.timing.begin(self.device, self.commands);
+        for command in &frame.commands {
+            match command {
+                Command::Clear(name) => {
+                    let Bound::Buffer(buffer, offset, size) = self.resource(name)? else {
+                        return Err(Error::invalid(format!("{name} is not a buffer")));
+                    };
+                    self.synchronise(&[], &[buffer_key(buffer)]);
+                    // SAFETY: recording; the range is the buffer's.
+                    unsafe { self.device.raw.cmd_fill_buffer(self.commands, buffer, offset, size, 0) };
+                }
+                Command::Grow(name) => self.grow(name),
+                Command::Dispatch { pass, groups, push } => {
+                    self.dispatch(pass, groups, push, slot)?;
+                    slot.timing.mark(self.device, self.commands, pass);
+                }
+            }
+        }
+        self.finish();
+        Ok(())
+    }
+
+    fn resource(&self, name: &str) -> Result<Bound> {
+        self.bound.get(name).copied().ok_or_else(|| Error::invalid(format!("no resource is bound to `{name}`")))
+    }
+
+    fn grow(&mut self, name: &str) {
+        let Some((old, new, bytes)) = self.grown.get(name).copied() else { return };
+        self.synchronise(&[buffer_key(old)], &[buffer_key(new)]);
+        let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes }];
+        // SAFETY: recording; both buffers are at least `bytes` long.
+        unsafe { self.device.raw.cmd_copy_buffer(self.commands, old, new, &region) };
+    }
+
+    fn dispatch(&mut self, pass: &'static str, groups: &Groups, push: &[u8], slot: &Slot) -> Result<()> {
+        let pipeline = self.pipelines.get(pass);
+        let (mut reads, mut writes) = (Vec::new(), Vec::new());
+        for binding in pipeline.shader.bindings {
+            let key = self.resource(binding.name)?.key();
+            if binding.writes { writes.push(key) } else { reads.push(key) }
+        }
+        if let Groups::Indirect(name) = groups {
+            reads.push(self.resource(name)?.key());
+        }
+        self.synchronise(&reads, &writes);
+        let set = match self.sets.get(pass) {
+            Some(set) => *set,
+            None => self.make_set(pass, slot)?,
+        };
+        let (raw, commands) = (&self.device.raw, self.commands);
+        let point = vk::PipelineBindPoint::COMPUTE;
+        // SAFETY: recording; pipeline, layout and set belong together and live until the slot comes round again.
+        unsafe {
+            raw.cmd_bind_pipeline(commands, point, pipeline.raw);
+            raw.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 0, &[set], &[]);
+            if !push.is_empty() {
+                raw.cmd_push_constants(commands, pipeline.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
+            }
+            match groups {
+                Groups::Direct([x, y, z]) => raw.cmd_dispatch(commands, *x, *y, *z),
+                Groups::Indirect(name) => {
+                    let Bound::Buffer(buffer, offset, _) = self.resource(name)? else {
+                        return Err(Error::invalid(format!("{name} is not a buffer")));
+                    };
+                    raw.cmd_dispatch_indirect(commands, buffer, offset);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn make_set(&mut self, pass: &'static str, slot: &Slot) -> Result<vk::DescriptorSet> {
+        let pipeline = self.pipelines.get(pass);
+        let layouts = [pipeline.set_layout];
+        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(slot.pool).set_layouts(&layouts);
+        // SAFETY: the pool is this slot's, which no frame in flight uses.
+        let set = unsafe { self.device.raw.allocate_descriptor_sets(&info) }
+            .map_err(Error::vulkan("vkAllocateDescriptorSets"))?[0];
+        let bindings = pipeline.shader.bindings;
+        let (mut buffers, mut images) = (Vec::new(), Vec::new());
+        for binding in bindings {
+            match self.resource(binding.name)? {
+                Bound::Buffer(buffer, offset, range) => {
+                    buffers.push([vk::DescriptorBufferInfo { buffer, offset, range }]);
+                }
+                Bound::Image(image_view, image_layout) => {
+                    images.push([vk::DescriptorImageInfo { image_view, image_layout, ..Default::default() }]);
+                }
+            }
+        }
+        let (mut next_buffer, mut next_image) = (buffers.iter(), images.iter());
+        let mut writes = Vec::with_capacity(bindings.len());
+        for binding in bindings {
+            let write = vk::WriteDescriptorSet::default()
+                .dst_set(set)
+                .dst_binding(binding.slot)
+                .descriptor_type(descriptor_type(binding.kind));
+            writes.push(match self.resource(binding.name)? {
+                Bound::Buffer(..) => write.buffer_info(next_buffer.next().expect("one a binding")),
+                Bound::Image(..) => write.image_info(next_image.next().expect("one a binding")),
+            });
+        }
+        // SAFETY: the infos live until the call returns; the set is not in use.
+        unsafe { self.device.raw.update_descriptor_sets(&writes, &[]) };
+        self.sets.insert(pass, set);
+        Ok(set)
+    }
+
+    /// A barrier if the accesses meet earlier ones; then they are the latest.
+    fn synchronise(&mut self, reads: &[u64], writes: &[u64]) {
+        let meets = self.fresh
+            || reads.iter().any(|k| self.written.contains(k))
+            || writes.iter().any(|k| self.written.contains(k) || self.read.contains(k));
+        if meets {
+            self.barrier();
+        }
+        self.read.extend(reads);
+        self.written.extend(writes);
+    }
+
+    fn barrier(&mut self) {
+        use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
+        let work = Stage::COMPUTE_SHADER | Stage::TRANSFER;
+        let memory = [vk::MemoryBarrier::default()
+            .src_access_mask(Access::SHADER_WRITE | Access::TRANSFER_WRITE)
+            .dst_access_mask(
+                Access::SHADER_READ
+                    | Access::SHADER_WRITE
+                    | Access::UNIFORM_READ
+                    | Access::TRANSFER_READ
+                    | Access::TRANSFER_WRITE
+                    | Access::INDIRECT_COMMAND_READ,
+            )];
+        let after = work | Stage::DRAW_INDIRECT;
+        let none = vk::DependencyFlags::empty();
+        // SAFETY: recording, outside a render pass.
+        unsafe {
+            self.device.raw.cmd_pipeline_barrier(self.commands, work | Stage::DRAW_INDIRECT, after, none, &memory, &[], &[]);
+        }
+        self.written.clear();
+        self.read.clear();
+        self.fresh = false;
+    }
+
+    /// Makes what was written visible to the host's reads once the frame is done.
+    fn finish(&self) {
+        use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
+        let memory =
+            [vk::MemoryBarrier::default().src_access_mask(Access::SHADER_WRITE).dst_access_mask(Access::HOST_READ)];
+        let none = vk::DependencyFlags::empty();
+        // SAFETY: recording, outside a render pass.
+        unsafe {
+            let raw = &self.device.raw;
+            raw.cmd_pipeline_barrier(self.commands, Stage::COMPUTE_SHADER, Stage::HOST, none, &memory, &[], &[]);
+        }
+    }
+}
+
+fn buffer_key(buffer: vk::Buffer) -> u64 {
+    use vk::Handle;
+    buffer.as_raw()
+}

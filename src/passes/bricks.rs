@@ -1,0 +1,43 @@
+//! Group "bricks": `grid_update`, `brick_commit`, `voxel_mark`, `voxelize`, `face_resolve`.
+
+use crate::frame::Frame;
+use crate::gpu::shared::{
+    BATCH_BRICKS, BatchBrick, BrickCommitPush, BrickCopy, FaceResolvePush, GridUpdatePush, VoxelMarkPush, VoxelizePush,
+};
+use crate::settings::HitModel;
+
+/// Workgroups that every device takes along an axis.
+const GROUPS_MAX: u32 = 65_535;
+
+/// Finished bricks move to their places; then the grid shows them.
+pub fn commit(frame: &mut Frame, copies: &[BrickCopy], grid_writes: &[[u32; 2]]) {
+    frame.upload.push("brick_copies", copies);
+    frame.upload.push("grid_writes", grid_writes);
+    for first in (0..copies.len() as u32).step_by(GROUPS_MAX as usize) {
+        let count = (copies.len() as u32 - first).min(GROUPS_MAX);
+        frame.dispatch("brick_commit", [count, 1, 1], BrickCommitPush { first });
+    }
+    let count = grid_writes.len() as u32;
+    frame.dispatch("grid_update", [count.div_ceil(64), 1, 1], GridUpdatePush { count });
+}
+
+/// Queued bricks become packed bricks in the payload, a batch at a time.
+pub fn voxelize(
+    frame: &mut Frame,
+    bricks: &[BatchBrick],
+    triangles: &[[f32; 16]],
+    payload_words: u32,
+    emission_max: f32,
+    hit_model: HitModel,
+) {
+    frame.upload.push("batch_bricks", bricks);
+    frame.upload.push("triangles", triangles);
+    for first_brick in (0..bricks.len() as u32).step_by(BATCH_BRICKS as usize) {
+        let count = (bricks.len() as u32 - first_brick).min(BATCH_BRICKS);
+        frame.dispatch("voxel_mark", [count, 1, 1], VoxelMarkPush { first_brick });
+        frame.dispatch_indirect("voxelize", "voxel_args", VoxelizePush { first_brick, emission_max });
+        let push =
+            FaceResolvePush { first_brick, payload_first: 0, payload_end: payload_words, hit_model: hit_model as u32 };
+        frame.dispatch("face_resolve", [count, 1, 1], push);
+    }
+}

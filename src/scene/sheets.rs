@@ -1,0 +1,96 @@
+//! Which triangles are sheets, seen from both sides, and which bound a solid.
+//!
+//! A connected body whose every edge is shared by equally many triangles in both directions and whose signed volume is
+//! positive is a solid: its inside is never seen, and its faces need one side only. Everything else (open shells,
+//! inside-out shells, loose triangles) keeps both sides.
+
+use glam::Vec3;
+use std::collections::HashMap;
+
+/// For each triangle: whether both of its sides are surface.
+pub fn two_sided(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<bool> {
+    let mut welded = HashMap::new();
+    let vertex: Vec<u32> = positions
+        .iter()
+        .map(|p| {
+            let next = welded.len() as u32;
+            // + 0.0 turns -0.0 into 0.0.
+            *welded.entry((*p + Vec3::ZERO).to_array().map(f32::to_bits)).or_insert(next)
+        })
+        .collect();
+    let mut bodies = Bodies::new(welded.len());
+    let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
+    for t in triangles {
+        let [a, b, c] = t.map(|i| vertex[i as usize]);
+        bodies.join(a, b);
+        bodies.join(a, c);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            if from != to {
+                *edges.entry((from.min(to), from.max(to))).or_insert(0) += if from < to { 1 } else { -1 };
+            }
+        }
+    }
+    let mut open = vec![false; welded.len()];
+    for ((from, _), balance) in edges {
+        open[bodies.root(from) as usize] |= balance != 0;
+    }
+    let mut volume = vec![0.0f64; welded.len()];
+    for t in triangles {
+        let origin = positions[triangles[0][0] as usize];
+        let [a, b, c] = t.map(|i| (positions[i as usize] - origin).as_dvec3());
+        volume[bodies.root(vertex[t[0] as usize]) as usize] += a.dot(b.cross(c));
+    }
+    triangles
+        .iter()
+        .map(|t| {
+            let root = bodies.root(vertex[t[0] as usize]) as usize;
+            open[root] || volume[root] <= 0.0
+        })
+        .collect()
+}
+
+/// Disjoint sets of vertices.
+struct Bodies(Vec<u32>);
+
+impl Bodies {
+    fn new(count: usize) -> Self {
+        Self((0..count as u32).collect())
+    }
+
+    fn root(&mut self, mut v: u32) -> u32 {
+        while self.0[v as usize] != v {
+            self.0[v as usize] = self.0[self.0[v as usize] as usize];
+            v = self.0[v as usize];
+        }
+        v
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tetrahedron() -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let p = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+        (p, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    }
+
+    #[test]
+    fn a_closed_body_has_one_side() {
+        let (p, t) = tetrahedron();
+        assert_eq!(two_sided(&p, &t), [false; 4]);
+    }
+
+    #[test]
+    fn an_open_or_inverted_body_has_two() {
+        let (p, t) = tetrahedron();
+        assert_eq!(two_sided(&p, &t[..3]), [true; 3]);
+        let inverted: Vec<_> = t.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+        assert_eq!(two_sided(&p, &inverted), [true; 4]);
+    }
+}

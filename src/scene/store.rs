@@ -1,0 +1,215 @@
+//! The host's scene, copied and checked.
+
+use super::{Light, MeshUpdate, Sky, sheets};
+use crate::error::{Error, Result};
+use glam::{DMat3, DVec3, Vec2, Vec3};
+use std::collections::{HashMap, HashSet};
+
+/// A registered mesh.
+#[derive(Debug, Default)]
+pub struct Mesh {
+    pub positions: Vec<Vec3>,
+    pub uvs: Vec<Vec2>,
+    pub triangles: Vec<[u32; 3]>,
+    /// Per triangle: both sides are surface (it belongs to no closed body).
+    pub two_sided: Vec<bool>,
+}
+
+/// A registered material.
+#[derive(Clone, Copy, Debug)]
+pub struct Material {
+    pub base_color: Vec3,
+    pub emission: Vec3,
+    pub texture: Option<u64>,
+}
+
+/// A texture, reduced to what a voxel can see: at most [`Texture::MAX`] texels an edge.
+#[derive(Debug)]
+pub struct Texture {
+    pub width: u32,
+    pub height: u32,
+    /// Square roots of linear values as RGBA8, so that squaring them in the shader gives the linear value.
+    pub texels: Vec<u32>,
+}
+
+/// A placed mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct Instance {
+    pub mesh: u64,
+    pub material: u64,
+    pub linear: DMat3,
+    pub translation: DVec3,
+}
+
+/// Everything the host said.
+#[derive(Default)]
+pub struct Scene {
+    pub meshes: HashMap<u64, Mesh>,
+    pub materials: HashMap<u64, Material>,
+    pub textures: HashMap<u64, Texture>,
+    pub instances: HashMap<u64, Instance>,
+    pub lights: Vec<Light>,
+    pub sky: Sky,
+    /// Materials and textures changed since the GPU's copy was made.
+    pub materials_changed: bool,
+}
+
+fn finite<const N: usize>(values: &[f32; N], what: &str) -> Result<Vec3>
+where
+    [f32; N]: AsRef<[f32]>,
+{
+    if values.iter().all(|v| v.is_finite()) {
+        Ok(Vec3::from_slice(values))
+    } else {
+        Err(Error::invalid(format!("{what} is not finite")))
+    }
+}
+
+impl Scene {
+    /// Checks a whole batch before anything of it is applied.
+    pub fn check(&self, update: &MeshUpdate) -> Result<()> {
+        let removed: HashSet<u64> = update.removed_instances.iter().copied().collect();
+        for id in update.removed_instances {
+            self.instances.get(id).ok_or_else(|| Error::UnknownId(format!("instance {id}")))?;
+        }
+        for id in update.removed_meshes {
+            self.meshes.get(id).ok_or_else(|| Error::UnknownId(format!("mesh {id}")))?;
+            if let Some((user, _)) = self.instances.iter().find(|(i, v)| v.mesh == *id && !removed.contains(i)) {
+                return Err(Error::invalid(format!("mesh {id} is still used by instance {user}")));
+            }
+        }
+        for t in update.textures {
+            if !(1..=16_384).contains(&t.width) || !(1..=16_384).contains(&t.height) {
+                return Err(Error::invalid(format!("texture {}: sides must be 1 to 16384", t.id)));
+            }
+            if t.rgba8.len() as u64 != u64::from(t.width) * u64::from(t.height) * 4 {
+                return Err(Error::invalid(format!("texture {}: rgba8 must hold width * height * 4 bytes", t.id)));
+            }
+        }
+        for m in update.materials {
+            finite(&m.base_color, &format!("material {}: base_color", m.id))?;
+            let emission = finite(&m.emission, &format!("material {}: emission", m.id))?;
+            if emission.min_element() < 0.0 || m.base_color.iter().any(|c| *c < 0.0) {
+                return Err(Error::invalid(format!("material {}: colours must not be negative", m.id)));
+            }
+            if let Some(t) = m.base_color_texture {
+                let known = self.textures.contains_key(&t) || update.textures.iter().any(|u| u.id == t);
+                known.then_some(()).ok_or_else(|| Error::UnknownId(format!("texture {t} of material {}", m.id)))?;
+            }
+        }
+        update.meshes.iter().try_for_each(check_mesh)?;
+        for i in update.instances {
+            let mesh = self.meshes.contains_key(&i.mesh) && !update.removed_meshes.contains(&i.mesh)
+                || update.meshes.iter().any(|m| m.id == i.mesh);
+            mesh.then_some(()).ok_or_else(|| Error::UnknownId(format!("mesh {} of instance {}", i.mesh, i.id)))?;
+            let material = self.materials.contains_key(&i.material)
+                || update.materials.iter().any(|m| m.id == i.material);
+            material
+                .then_some(())
+                .ok_or_else(|| Error::UnknownId(format!("material {} of instance {}", i.material, i.id)))?;
+            if !i.linear.iter().flatten().all(|v| v.is_finite()) || !i.translation.iter().all(|v| v.is_finite()) {
+                return Err(Error::invalid(format!("instance {}: the transform is not finite", i.id)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Applies a checked batch. Returns the instances whose surface changed (their old ones, for removal, by id).
+    pub fn apply(&mut self, update: &MeshUpdate) -> HashSet<u64> {
+        let mut changed: HashSet<u64> = update.removed_instances.iter().copied().collect();
+        for id in update.removed_instances {
+            self.instances.remove(id);
+        }
+        for id in update.removed_meshes {
+            self.meshes.remove(id);
+        }
+        for t in update.textures {
+            self.textures.insert(t.id, Texture::reduced(t));
+            self.materials_changed = true;
+        }
+        let replaced: HashSet<u64> = update.meshes.iter().map(|m| m.id).collect();
+        let repainted: HashSet<u64> = update.materials.iter().map(|m| m.id).collect();
+        for m in update.materials {
+            let material = Material {
+                base_color: Vec3::from(m.base_color).clamp(Vec3::ZERO, Vec3::ONE),
+                emission: Vec3::from(m.emission),
+                texture: m.base_color_texture,
+            };
+            self.materials.insert(m.id, material);
+            self.materials_changed = true;
+        }
+        for m in update.meshes {
+            let positions: Vec<Vec3> = m.positions.iter().map(|p| Vec3::from(*p)).collect();
+            let triangles: Vec<[u32; 3]> = m.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+            let two_sided = sheets::two_sided(&positions, &triangles);
+            let uvs = m.uvs.iter().map(|p| Vec2::from(*p)).collect();
+            self.meshes.insert(m.id, Mesh { positions, uvs, triangles, two_sided });
+        }
+        for i in update.instances {
+            let column = |k: usize| Vec3::from(i.linear[k]).as_dvec3();
+            let instance = Instance {
+                mesh: i.mesh,
+                material: i.material,
+                linear: DMat3::from_cols(column(0), column(1), column(2)),
+                translation: DVec3::from(i.translation),
+            };
+            self.instances.insert(i.id, instance);
+            changed.insert(i.id);
+        }
+        let touched = |i: &Instance| replaced.contains(&i.mesh) || repainted.contains(&i.material);
+        changed.extend(self.instances.iter().filter(|(_, i)| touched(i)).map(|(id, _)| *id));
+        changed
+    }
+}
+
+fn check_mesh(m: &super::MeshDesc) -> Result<()> {
+    let name = |text: &str| Error::invalid(format!("mesh {}: {text}", m.id));
+    if !m.indices.len().is_multiple_of(3) {
+        return Err(name("indices must be three per triangle"));
+    }
+    if !m.uvs.is_empty() && m.uvs.len() != m.positions.len() {
+        return Err(name("uvs must be empty or one per position"));
+    }
+    if m.indices.iter().any(|i| *i as usize >= m.positions.len()) {
+        return Err(name("an index is out of range"));
+    }
+    if !m.positions.iter().flatten().all(|v| v.is_finite()) {
+        return Err(name("a position is not finite"));
+    }
+    if !m.uvs.iter().flatten().all(|v| v.is_finite()) {
+        return Err(name("a texture coordinate is not finite"));
+    }
+    Ok(())
+}
+
+impl Texture {
+    /// Texels an edge that a voxel can tell apart at most.
+    pub const MAX: u32 = 64;
+
+    fn reduced(t: &super::TextureDesc) -> Self {
+        let (width, height) = (t.width.min(Self::MAX), t.height.min(Self::MAX));
+        let linear: Vec<f32> = (0..=255u8).map(srgb_to_linear).collect();
+        let span = |i: u32, of: u32, n: u32| (u64::from(i) * u64::from(of) / u64::from(n)) as u32;
+        let mut texels = Vec::with_capacity((width * height) as usize);
+        for y in 0..height {
+            for x in 0..width {
+                let (mut sum, mut count) = (Vec3::ZERO, 0.0);
+                for v in span(y, t.height, height)..span(y + 1, t.height, height) {
+                    for u in span(x, t.width, width)..span(x + 1, t.width, width) {
+                        let at = (v as usize * t.width as usize + u as usize) * 4;
+                        sum += Vec3::from_array([0, 1, 2].map(|c| linear[t.rgba8[at + c] as usize]));
+                        count += 1.0;
+                    }
+                }
+                let [r, g, b] = (sum / count).to_array().map(|v| (v.sqrt() * 255.0).round() as u32);
+                texels.push(r | g << 8 | b << 16 | 255 << 24);
+            }
+        }
+        Self { width, height, texels }
+    }
+}
+
+fn srgb_to_linear(value: u8) -> f32 {
+    let v = f32::from(value) / 255.0;
+    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}

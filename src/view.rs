@@ -1,0 +1,142 @@
+//! A view: a camera with its own probes and history.
+
+use crate::error::{Error, Result};
+use crate::gpu::shared::View as ViewUniform;
+use crate::context::{FrameInputs, ResourceSize};
+use crate::gpu::{Bound, Buffer, Device, Location};
+use crate::scene::Camera;
+use ash::vk;
+use glam::{DMat3, DMat4, DVec3, Mat3, Mat4, UVec2};
+use std::collections::HashMap;
+
+/// Buffers whose contents live from frame to frame, or that only this view needs.
+pub const VIEW_BUFFERS: [&str; 7] =
+    ["probes", "probe_rays", "probe_irradiance", "history_a", "history_distance_a", "history_b", "history_distance_b"];
+
+/// A camera's state.
+pub struct View {
+    /// Largest rendered region.
+    pub size: UVec2,
+    pub buffers: Vec<Buffer>,
+    pub camera: Option<Camera>,
+    previous: Option<(Camera, UVec2)>,
+    /// Which history holds the latest frame.
+    pub flipped: bool,
+}
+
+impl View {
+    pub fn new(device: &Device, size: UVec2, tile: u32) -> Result<Self> {
+        let tiles = size.map(|s| s.div_ceil(tile));
+        let (pixels, probes) = (u64::from(size.x) * u64::from(size.y), u64::from(tiles.x) * u64::from(tiles.y));
+        let sizes = [probes * 32, probes * 1024, probes * 144, pixels * 8, pixels * 4, pixels * 8, pixels * 4];
+        let mut view = Self { size, buffers: Vec::new(), camera: None, previous: None, flipped: false };
+        for bytes in sizes {
+            match Buffer::new(device, bytes, Location::Device) {
+                Ok(buffer) => view.buffers.push(buffer),
+                Err(error) => {
+                    view.destroy(device);
+                    return Err(error);
+                }
+            }
+        }
+        Ok(view)
+    }
+
+    /// Checks and takes a camera.
+    pub fn set_camera(&mut self, camera: &Camera) -> Result<()> {
+        let finite = camera.position.iter().all(|v| v.is_finite())
+            && camera.view_rotation.iter().flatten().chain(camera.projection.iter().flatten()).all(|v| v.is_finite());
+        if !finite {
+            return Err(Error::invalid("camera: a value is not finite"));
+        }
+        if DMat4::from_cols_array_2d(&camera.projection.map(|c| c.map(f64::from))).determinant().abs() < 1e-30 {
+            return Err(Error::invalid("camera: projection cannot be inverted"));
+        }
+        if rotation(camera).determinant().abs() < 0.5 {
+            return Err(Error::invalid("camera: view_rotation is not a rotation"));
+        }
+        self.camera = Some(*camera);
+        Ok(())
+    }
+
+    /// What the shaders read; `window` is the grid window's low corner in voxels and `to_voxels` the camera there.
+    pub fn uniform(&mut self, camera: &Camera, grid_camera: DVec3, frame: &FrameShape) -> ViewUniform {
+        let projection = projection(camera);
+        let view_rotation = rotation(camera);
+        let to_world = Mat4::from_mat3(view_rotation.inverse().as_mat3());
+        let size = frame.size;
+        let tiles = size.map(|s| s.div_ceil(frame.tile_size));
+        let mut uniform = ViewUniform {
+            clip_to_view: projection.inverse().as_mat4().to_cols_array_2d(),
+            view_to_world: to_world.to_cols_array_2d(),
+            camera: grid_camera.as_vec3().to_array(),
+            clear_depth: frame.clear_depth,
+            size: size.to_array(),
+            tiles: tiles.to_array(),
+            stride: self.size.x,
+            tile_size: frame.tile_size,
+            history_max: frame.history_max,
+            ..ViewUniform::default()
+        };
+        if let Some((previous, previous_size)) = self.previous {
+            let moved = DVec3::from(camera.position) - DVec3::from(previous.position);
+            let to_previous = self::projection(&previous)
+                * DMat4::from_mat3(rotation(&previous))
+                * DMat4::from_translation(moved);
+            uniform.previous_clip = to_previous.as_mat4().to_cols_array_2d();
+            uniform.camera_delta = (-moved).as_vec3().to_array();
+            uniform.previous_size = previous_size.x | previous_size.y << 16;
+            uniform.history_valid = 1;
+        }
+        self.previous = Some((*camera, size));
+        self.flipped = !self.flipped;
+        uniform
+    }
+
+    /// Names of this view's buffers and the host's images.
+    pub fn bind(&self, inputs: &FrameInputs, bound: &mut HashMap<&'static str, Bound>) {
+        for (name, buffer) in VIEW_BUFFERS.iter().zip(&self.buffers) {
+            bound.insert(name, Bound::Buffer(buffer.raw, 0, buffer.size));
+        }
+        // Written this frame: a when flipped, b otherwise.
+        let (new, old) = if self.flipped { ("a", "b") } else { ("b", "a") };
+        let pick = |which: &str, base: usize| {
+            let buffer = &self.buffers[base + if which == "a" { 0 } else { 2 }];
+            Bound::Buffer(buffer.raw, 0, buffer.size)
+        };
+        bound.insert("history_out", pick(new, 3));
+        bound.insert("history_distance_out", pick(new, 4));
+        bound.insert("history_in", pick(old, 3));
+        bound.insert("history_distance_in", pick(old, 4));
+        let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+        bound.insert("depth_image", Bound::Image(inputs.depth, read));
+        bound.insert("normal_image", Bound::Image(inputs.normal, read));
+        bound.insert("output_image", Bound::Image(inputs.output, vk::ImageLayout::GENERAL));
+    }
+
+    /// Names and bytes of the view's buffers.
+    pub fn sizes(&self) -> Vec<ResourceSize> {
+        VIEW_BUFFERS.iter().zip(&self.buffers).map(|(name, b)| ResourceSize { name, bytes: b.size }).collect()
+    }
+
+    /// The GPU must have finished with it.
+    pub fn destroy(&mut self, device: &Device) {
+        self.buffers.drain(..).for_each(|mut b| b.destroy(device));
+    }
+}
+
+/// What a frame says of a view.
+pub struct FrameShape {
+    pub size: UVec2,
+    pub tile_size: u32,
+    pub clear_depth: f32,
+    pub history_max: u32,
+}
+
+fn projection(camera: &Camera) -> DMat4 {
+    Mat4::from_cols_array_2d(&camera.projection).as_dmat4()
+}
+
+fn rotation(camera: &Camera) -> DMat3 {
+    Mat3::from_cols_array_2d(&camera.view_rotation).as_dmat3()
+}
