@@ -308,7 +308,7 @@ typedef struct BgiLighting {
     const void *pNext;
     /// lightCount lights. Copied.
     const struct BgiLight *lights;
-    /// Elements of `lights`; may be 0.
+    /// Elements of `lights`, 0 to 4096.
     uint32_t lightCount;
     /// Radiance from every direction that leaves the scene, linear Rec.709, 0 or more, finite.
     float skyRadiance[3];

@@ -51,6 +51,12 @@ fn c_sample_renders_the_cornell_box() {
         let (width, height, pixels) = read_pfm(&out.with_extension("pfm"));
         assert_eq!((width, height, pixels.len()), (160, 90, 160 * 90));
         assert!(pixels.as_flattened().iter().all(|value| value.is_finite() && *value >= 0.0), "camera {camera}");
+        let lit = pixels.iter().filter(|pixel| pixel[1] > 0.0).count();
+        let mean = pixels.iter().map(|pixel| pixel[1]).sum::<f32>() / lit.max(1) as f32;
+        assert!(
+            lit > pixels.len() / 2 && (0.05..2.0).contains(&mean),
+            "camera {camera}: {lit} lit pixels, mean {mean}"
+        );
         let picture = fs::metadata(out.with_extension("ppm")).expect("the picture").len();
         assert_eq!(picture, "P6\n160 90\n255\n".len() as u64 + 160 * 90 * 3);
     }

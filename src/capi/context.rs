@@ -69,9 +69,6 @@ fn create(info: &BgiContextCreateInfo, log: Log, context: *mut BgiContext) -> Ou
         let text = format!("abiVersion is {}; this library has ABI {BGI_ABI_VERSION}", info.abi_version);
         return Err(Failure::new(BGI_ERROR_INCOMPATIBLE_ABI, text));
     }
-    if !(1..=8).contains(&info.frames_in_flight) {
-        return Err(Failure::argument(format!("framesInFlight is {}; it must be 1 to 8", info.frames_in_flight)));
-    }
     check_vulkan_handle(info.instance, "instance")?;
     check_vulkan_handle(info.physical_device, "physicalDevice")?;
     check_vulkan_handle(info.device, "device")?;

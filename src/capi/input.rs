@@ -1,4 +1,5 @@
-//! The only place where a caller's pointer becomes a reference.
+//! The only place where a caller's pointer becomes a reference. Ranges and meanings are checked by the core, for C and
+//! Rust alike; here is only what Rust's types rule out.
 
 use super::guard::Failure;
 use super::types::*;
@@ -135,25 +136,6 @@ pub(super) fn check_address<T>(pointer: *const T, name: &str) -> Result<(), Fail
         Err(Failure::argument(format!("{name} is misaligned: {} bytes are needed", align_of::<T>())))
     } else {
         Ok(())
-    }
-}
-
-/// Refuses NaN and infinity.
-pub(super) fn check_finite(values: impl IntoIterator<Item = impl Into<f64>>, field: &str) -> Result<(), Failure> {
-    if values.into_iter().all(|value| value.into().is_finite()) {
-        Ok(())
-    } else {
-        Err(Failure::argument(format!("{field} holds NaN or infinity")))
-    }
-}
-
-/// Refuses a zero or over-large image edge.
-pub(super) fn check_extent(width: u32, height: u32, name: &str) -> Result<(), Failure> {
-    let fits = 1..=BGI_MAX_EXTENT;
-    if fits.contains(&width) && fits.contains(&height) {
-        Ok(())
-    } else {
-        Err(Failure::argument(format!("{name}: {width} x {height} pixels; each edge must be 1 to {BGI_MAX_EXTENT}")))
     }
 }
 

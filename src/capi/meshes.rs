@@ -134,7 +134,11 @@ impl BgiTexture {
     /// `rgba8` leads to as many readable bytes as the header says.
     unsafe fn desc<'a>(&self, index: usize) -> Result<TextureDesc<'a>, Failure> {
         let field = format!("textures[{index}]");
-        input::check_extent(self.width, self.height, &field)?;
+        if self.width.max(self.height) > BGI_MAX_EXTENT {
+            let text =
+                format!("{field}: {} x {} texels; each edge must be 1 to {BGI_MAX_EXTENT}", self.width, self.height);
+            return Err(Failure::argument(text));
+        }
         let bytes = self.width as usize * self.height as usize * 4;
         // SAFETY: the caller's promise; the extent's limit keeps the product within 1 GiB.
         let rgba8 = unsafe { input::memory(self.rgba8, bytes, &format!("{field}.rgba8"))? };
@@ -144,8 +148,6 @@ impl BgiTexture {
 
 impl BgiMaterial {
     fn desc(&self, index: usize) -> Result<MaterialDesc, Failure> {
-        input::check_finite(self.base_color, &format!("materials[{index}].baseColor"))?;
-        input::check_finite(self.emission, &format!("materials[{index}].emission"))?;
         let base_color_texture = match self.has_base_color_texture {
             0 => None,
             1 => Some(self.base_color_texture),
@@ -163,10 +165,6 @@ impl BgiMesh {
     /// The arrays are readable and as long as the header says.
     unsafe fn desc<'a>(&self, index: usize) -> Result<MeshDesc<'a>, Failure> {
         let field = |name: &str| format!("meshes[{index}].{name}");
-        if self.vertex_count == 0 || self.index_count == 0 || !self.index_count.is_multiple_of(3) {
-            let text = format!("meshes[{index}]: vertexCount {}, indexCount {}", self.vertex_count, self.index_count);
-            return Err(Failure::argument(text + "; neither may be 0, and three indices make a triangle"));
-        }
         // SAFETY: the caller's promise; any bits are a valid f32 or u32.
         unsafe {
             let positions = input::slice(self.positions.cast(), self.vertex_count, &field("positions"))?;
@@ -179,11 +177,9 @@ impl BgiMesh {
 }
 
 impl BgiInstance {
-    fn desc(&self, index: usize) -> Result<InstanceDesc, Failure> {
-        input::check_finite(self.linear.into_iter().flatten(), &format!("instances[{index}].linear"))?;
-        input::check_finite(self.translation, &format!("instances[{index}].translation"))?;
+    fn desc(&self) -> InstanceDesc {
         let Self { id, mesh, material, linear, translation, .. } = *self;
-        Ok(InstanceDesc { id, mesh, material, linear, translation })
+        InstanceDesc { id, mesh, material, linear, translation }
     }
 }
 
@@ -210,7 +206,7 @@ pub unsafe extern "C" fn bgiUpdateMeshes(context: BgiContext, update: *const Bgi
             let textures = describe(textures, |texture, index| texture.desc(index))?;
             let materials = describe(materials, BgiMaterial::desc)?;
             let meshes = describe(meshes, |mesh, index| mesh.desc(index))?;
-            let instances = describe(instances, BgiInstance::desc)?;
+            let instances = instances.iter().map(BgiInstance::desc).collect::<Vec<_>>();
             state.context.update_meshes(&MeshUpdate {
                 removed_instances: input::slice(
                     update.removed_instances,

@@ -59,7 +59,6 @@ pub unsafe extern "C" fn bgiCreateView(
         unsafe { view.write(std::ptr::null_mut()) };
         // SAFETY: the header asks for a readable struct.
         let info = unsafe { input::structure(info)? };
-        input::check_extent(info.width, info.height, "view")?;
         let handle = state.context.create_view(info.width, info.height)?;
         let handle = state.insert_view(handle);
         // SAFETY: as above.
@@ -91,9 +90,6 @@ pub unsafe extern "C" fn bgiSetCamera(context: BgiContext, view: BgiView, camera
         let id = state.view(view)?;
         // SAFETY: the header asks for a readable struct.
         let camera = unsafe { input::structure(camera)? };
-        input::check_finite(camera.position, "camera.position")?;
-        input::check_finite(camera.view_rotation.into_iter().flatten(), "camera.viewRotation")?;
-        input::check_finite(camera.projection.into_iter().flatten(), "camera.projection")?;
         let BgiCamera { position, view_rotation, projection, .. } = *camera;
         state.context.set_camera(id, &Camera { position, view_rotation, projection })?;
         Ok(BGI_SUCCESS)

@@ -1,0 +1,240 @@
+//! Misuse through the C ABI, on a real device: a code and words for each, and the process goes on.
+
+#[macro_use]
+#[path = "common/bench.rs"]
+mod bench;
+#[path = "common/vulkan.rs"]
+mod vulkan;
+
+use ash::vk;
+use bench::*;
+use brickgi::capi::*;
+use std::ffi::{CStr, c_char, c_void};
+use std::ptr::{null, null_mut, without_provenance, without_provenance_mut};
+
+/// An address that is not NULL and not aligned to anything; refused before it is read.
+fn odd<T>() -> *const T {
+    without_provenance(0x1001)
+}
+
+/// What a pNext chain might lead to.
+const CHAIN: *const c_void = without_provenance(0x1000);
+
+const ARGUMENT: BgiResult = BGI_ERROR_INVALID_ARGUMENT;
+const HANDLE: BgiResult = BGI_ERROR_INVALID_HANDLE;
+const STRUCTURE: BgiResult = BGI_ERROR_INVALID_STRUCTURE;
+
+#[test]
+fn bad_pointers_structs_and_counts_are_refused() {
+    // SAFETY, for every block in this table: misuse that the header says is survived.
+    Bench::new().expect(&[
+        ("create: NULL info", ARGUMENT, "null", |_| unsafe { bgiCreateContext(null(), &mut null_mut()) }),
+        ("create: NULL result", ARGUMENT, "null", |b| unsafe { bgiCreateContext(&b.create_info(), null_mut()) }),
+        ("create: sType", STRUCTURE, "stype", |b| b.create(|info| info.s_type = BGI_STRUCTURE_TYPE_MESH)),
+        ("create: pNext", STRUCTURE, "pnext", |b| b.create(|info| info.p_next = CHAIN)),
+        ("create: ABI", BGI_ERROR_INCOMPATIBLE_ABI, "abi", |b| b.create(|info| info.abi_version = 0)),
+        ("create: loader", ARGUMENT, "getinstanceprocaddr", |b| b.create(|info| info.get_instance_proc_addr = None)),
+        ("create: instance", ARGUMENT, "instance", |b| b.create(|info| info.instance = vk::Instance::null())),
+        ("create: device", ARGUMENT, "device", |b| b.create(|info| info.device = vk::Device::null())),
+        ("create: physical", ARGUMENT, "physicaldevice", |b| {
+            b.create(|info| info.physical_device = vk::PhysicalDevice::null())
+        }),
+        ("settings: NULL", ARGUMENT, "null", |_| unsafe { bgiGetDefaultSettings(BGI_PRESET_LOW, null_mut()) }),
+        ("settings: preset", ARGUMENT, "preset", |_| unsafe { bgiGetDefaultSettings(9, &mut settings()) }),
+        ("settings: sType", STRUCTURE, "stype", |_| unsafe { bgiGetDefaultSettings(0, &mut zeroed()) }),
+        ("settings: sType in create", STRUCTURE, "stype", |b| b.create_with(|settings| settings.s_type = 0)),
+        ("settings: voxel size", ARGUMENT, "voxel", |b| b.create_with(|settings| settings.voxel_size = 0.0)),
+        ("settings: NaN", ARGUMENT, "voxel", |b| b.create_with(|settings| settings.voxel_size = f32::NAN)),
+        ("settings: coverage", ARGUMENT, "coverage", |b| b.create_with(|settings| settings.coverage_groups[1] = 3)),
+        ("settings: hit model", ARGUMENT, "hitmodel", |b| b.create_with(|settings| settings.hit_model = 7)),
+        ("requirements: NULL", ARGUMENT, "null", |b| unsafe { bgiGetDeviceRequirements(&b.query(), null_mut()) }),
+        ("requirements: sType", STRUCTURE, "stype", |b| unsafe { bgiGetDeviceRequirements(&b.query(), &mut zeroed()) }),
+        ("update: NULL", ARGUMENT, "null", |b| unsafe { bgiUpdateMeshes(b.context, null()) }),
+        ("update: misaligned", ARGUMENT, "misaligned", |b| unsafe { bgiUpdateMeshes(b.context, odd()) }),
+        ("update: sType", STRUCTURE, "stype", |b| b.update(|update| update.s_type = 0)),
+        ("update: count without array", ARGUMENT, "instances", |b| b.update(|update| update.instance_count = 1)),
+        ("update: count", ARGUMENT, "removedmeshes", |b| {
+            b.update(|update| (update.removed_meshes, update.removed_mesh_count) = (&7, u32::MAX))
+        }),
+        ("mesh: sType", STRUCTURE, "meshes[0]", |b| b.update_mesh(|mesh| mesh.s_type = 0)),
+        ("mesh: pNext", STRUCTURE, "pnext", |b| b.update_mesh(|mesh| mesh.p_next = CHAIN)),
+        ("mesh: positions", ARGUMENT, "positions", |b| b.update_mesh(|mesh| mesh.positions = null())),
+        ("mesh: misaligned", ARGUMENT, "misaligned", |b| b.update_mesh(|mesh| mesh.positions = odd())),
+        ("mesh: vertex count", ARGUMENT, "positions", |b| b.update_mesh(|mesh| mesh.vertex_count = u32::MAX)),
+        ("mesh: indices", ARGUMENT, "indices", |b| b.update_mesh(|mesh| mesh.indices = null())),
+        ("material: flag", ARGUMENT, "hasbasecolortexture", |b| b.update_material(|m| m.has_base_color_texture = 2)),
+        ("texture: size", ARGUMENT, "textures[0]", |b| b.update_texture(|texture| texture.width = 1 << 20)),
+        ("texture: texels", ARGUMENT, "rgba8", |b| b.update_texture(|texture| texture.rgba8 = null())),
+        ("light: type", ARGUMENT, "lighttype", |b| b.light(|light| light.light_type = 0)),
+        ("light: sType", STRUCTURE, "lights[0]", |b| b.light(|light| light.s_type = 0)),
+        ("view: NULL result", ARGUMENT, "null", |b| unsafe { bgiCreateView(b.context, &view_info(), null_mut()) }),
+        ("view: sType", STRUCTURE, "stype", |b| b.view(|info| info.s_type = 0)),
+        ("camera: sType", STRUCTURE, "stype", |b| b.camera(|camera| camera.s_type = 0)),
+        ("dispatch: sType", STRUCTURE, "stype", |b| b.dispatch(|info| info.s_type = 0)),
+        ("dispatch: format", ARGUMENT, "outputformat", |b| {
+            b.dispatch(|info| info.output_format = vk::Format::R8G8B8A8_UNORM)
+        }),
+        ("dispatch: NaN", ARGUMENT, "cleardepth", |b| b.dispatch(|info| info.clear_depth = f32::NAN)),
+        ("stats: NULL", ARGUMENT, "null", |b| unsafe { bgiGetStats(b.context, null_mut()) }),
+        ("stats: sType", STRUCTURE, "stype", |b| b.stats(|stats| stats.s_type = 0)),
+        ("stats: misaligned", ARGUMENT, "passes", |b| b.stats(|stats| stats.passes = odd::<BgiPassTime>().cast_mut())),
+    ]);
+}
+
+#[test]
+fn bad_ranges_orders_and_ids_are_refused() {
+    const UNKNOWN: BgiResult = BGI_ERROR_UNKNOWN_ID;
+    Bench::new().expect(&[
+        ("create: frames", ARGUMENT, "frames", |b| b.create(|info| info.frames_in_flight = 0)),
+        ("create: frames", ARGUMENT, "frames", |b| b.create(|info| info.frames_in_flight = 9)),
+        ("mesh: NaN", ARGUMENT, "mesh 1", |b| b.update_mesh(|mesh| mesh.positions = [f32::NAN; 9].as_ptr())),
+        ("mesh: index", ARGUMENT, "mesh 1", |b| b.update_mesh(|mesh| mesh.indices = [0, 1, 3].as_ptr())),
+        ("mesh: not triangles", ARGUMENT, "mesh 1", |b| b.update_mesh(|mesh| mesh.index_count = 2)),
+        ("instance: NaN", ARGUMENT, "instance", |b| b.update_instance(|i| i.linear[1][1] = f32::NAN)),
+        ("instance: infinite", ARGUMENT, "instance", |b| b.update_instance(|i| i.translation[0] = f64::INFINITY)),
+        ("instance: mesh", UNKNOWN, "mesh 77", |b| b.update_instance(|instance| instance.mesh = 77)),
+        ("instance: material", UNKNOWN, "material 77", |b| b.update_instance(|instance| instance.material = 77)),
+        ("removed instance", UNKNOWN, "instance 77", |b| {
+            b.update(|update| (update.removed_instances, update.removed_instance_count) = (&77, 1))
+        }),
+        ("removed mesh", UNKNOWN, "mesh 77", |b| {
+            b.update(|update| (update.removed_meshes, update.removed_mesh_count) = (&77, 1))
+        }),
+        ("material: NaN", ARGUMENT, "material", |b| b.update_material(|m| m.emission[0] = f32::NAN)),
+        ("material: texture", UNKNOWN, "texture 77", |b| {
+            b.update_material(|m| (m.has_base_color_texture, m.base_color_texture) = (1, 77))
+        }),
+        ("texture: zero size", ARGUMENT, "texture", |b| b.update_texture(|texture| texture.height = 0)),
+        ("light: NaN", ARGUMENT, "light", |b| b.light(|light| light.irradiance[2] = f32::NAN)),
+        ("light: direction", ARGUMENT, "light", |b| b.light(|light| light.direction = [0.0; 3])),
+        ("light: negative sky", ARGUMENT, "sky", |b| b.lighting(|lighting| lighting.sky_radiance[0] = -1.0)),
+        ("view: zero", ARGUMENT, "view", |b| b.view(|info| info.width = 0)),
+        ("view: huge", ARGUMENT, "view", |b| b.view(|info| info.height = 20_000)),
+        ("dispatch before camera", ARGUMENT, "camera", |b| b.dispatch(|_| ())),
+        ("camera: NaN", ARGUMENT, "camera", |b| b.camera(|camera| camera.position[1] = f64::NAN)),
+        ("camera: projection", ARGUMENT, "projection", |b| b.camera(|camera| camera.projection = [[0.0; 4]; 4])),
+        ("dispatch: commands", ARGUMENT, "command", |b| {
+            b.dispatch(|info| info.command_buffer = vk::CommandBuffer::null())
+        }),
+        ("dispatch: image", ARGUMENT, "depth", |b| b.dispatch(|info| info.depth = vk::ImageView::null())),
+        ("dispatch: zero size", ARGUMENT, "width", |b| b.dispatch(|info| info.width = 0)),
+        ("dispatch: over the view", ARGUMENT, "width", |b| b.dispatch(|info| info.width = 17)),
+    ]);
+}
+
+#[test]
+fn bad_handles_are_refused() {
+    // SAFETY, for every block in this table: misuse that the header says is survived.
+    Bench::new().expect(&[
+        ("NULL", HANDLE, "context", |_| unsafe { bgiDestroyContext(null_mut()) }),
+        ("made up", HANDLE, "context", |_| unsafe { bgiDestroyContext(without_provenance_mut(0x40)) }),
+        ("an address", HANDLE, "context", |b| unsafe { bgiDestroyContext((&raw const *b).cast_mut().cast()) }),
+        ("a view as a context", HANDLE, "context", |b| unsafe { bgiDestroyContext(b.view.cast()) }),
+        ("a context as a view", HANDLE, "view", |b| unsafe { bgiDestroyView(b.context, b.context.cast()) }),
+        ("NULL view", HANDLE, "view", |b| unsafe { bgiDestroyView(b.context, null_mut()) }),
+        ("dispatch: NULL view", HANDLE, "view", |b| b.dispatch(|info| info.view = null_mut())),
+        ("destroyed twice", HANDLE, "context", |b| unsafe {
+            let context = b.make_context();
+            assert_eq!(bgiDestroyContext(context), BGI_SUCCESS);
+            bgiDestroyContext(context)
+        }),
+        ("used after its end", HANDLE, "context", |b| unsafe {
+            let context = b.make_context();
+            assert_eq!(bgiDestroyContext(context), BGI_SUCCESS);
+            bgiGetStats(context, null_mut())
+        }),
+        ("view destroyed twice", HANDLE, "view", |b| unsafe {
+            let view = b.make_view(b.context);
+            assert_eq!(bgiDestroyView(b.context, view), BGI_SUCCESS);
+            bgiDestroyView(b.context, view)
+        }),
+        ("another context's view", HANDLE, "view", |b| unsafe {
+            let other = b.make_context();
+            let result = bgiDestroyView(other, b.view);
+            assert_eq!(bgiDestroyContext(other), BGI_SUCCESS);
+            result
+        }),
+    ]);
+}
+
+#[test]
+fn failures_reach_the_log_and_the_context() {
+    unsafe extern "C" fn log(lines: *mut c_void, severity: BgiLogSeverity, message: *const c_char) {
+        assert_eq!(severity, BGI_LOG_ERROR);
+        // SAFETY: the pointer is the test's vector, on the test's thread; the message ends with a zero. Calling back
+        // into the library is allowed.
+        unsafe {
+            let text = CStr::from_ptr(message).to_str().expect("UTF-8").to_owned();
+            (*lines.cast::<Vec<String>>()).push(text);
+            assert_eq!(bgiDestroyContext(null_mut()), BGI_ERROR_INVALID_HANDLE);
+        }
+    }
+    let bench = Bench::new();
+    let mut lines = Vec::<String>::new();
+    let mut info = bench.create_info();
+    info.log = Some(log);
+    info.log_user_data = (&raw mut lines).cast();
+    let mut context = null_mut();
+    // SAFETY: as the header says; NULL structs are misuse that is survived.
+    unsafe {
+        assert_eq!(bgiCreateContext(&info, &mut context), BGI_SUCCESS);
+        assert_eq!(bgiSetLights(context, null()), BGI_ERROR_INVALID_ARGUMENT);
+        assert_eq!(last_error(context), "BgiLighting is NULL");
+        // Another thread reads it too; a short buffer gets what fits and the whole length.
+        let token = context.addr();
+        let read = move || {
+            let mut text = [1 as c_char; 4];
+            let length = bgiGetLastError(without_provenance_mut(token), text.as_mut_ptr(), text.len());
+            (length, text.map(|c| c as u8))
+        };
+        assert_eq!(std::thread::spawn(read).join().expect("the thread"), (19, *b"Bgi\0"));
+        assert_eq!(bgiDestroyContext(context), BGI_SUCCESS);
+        info.device = vk::Device::null();
+        assert_eq!(bgiCreateContext(&info, &mut context), BGI_ERROR_INVALID_ARGUMENT);
+    }
+    assert_eq!(lines, ["BgiLighting is NULL", "device is VK_NULL_HANDLE"]);
+}
+
+#[test]
+fn outputs_follow_the_count_and_array_pattern() {
+    let bench = Bench::new();
+    let mut text = [1 as c_char; 256];
+    let mut needs = structure! { BgiDeviceRequirements, BGI_STRUCTURE_TYPE_DEVICE_REQUIREMENTS, };
+    // SAFETY: as the header says.
+    unsafe {
+        assert_eq!(bgiGetDeviceRequirements(&bench.query(), &mut needs), BGI_SUCCESS);
+        assert_eq!((needs.supported, needs.missing_size), (1, 1), "nothing is missing: the size of an empty text");
+        (needs.missing, needs.missing_size) = (text.as_mut_ptr(), 256);
+        assert_eq!(bgiGetDeviceRequirements(&bench.query(), &mut needs), BGI_SUCCESS);
+        assert_eq!((needs.missing_size, text[0]), (1, 0));
+        let mut stats = structure! { BgiStats, BGI_STRUCTURE_TYPE_STATS, };
+        assert_eq!(bgiGetStats(bench.context, &mut stats), BGI_SUCCESS);
+        if stats.resource_count > 1 {
+            let mut one = zeroed::<BgiResourceSize>();
+            (stats.resources, stats.resource_count) = (&raw mut one, 1);
+            assert_eq!(bgiGetStats(bench.context, &mut stats), BGI_INCOMPLETE);
+            assert_eq!(stats.resource_count, 1);
+        }
+    }
+}
+
+#[test]
+fn two_contexts_in_two_threads_do_not_meet() {
+    let (one, two) = (Bench::new(), Bench::new());
+    let tokens = [(one.context.addr(), one.view.addr()), (two.context.addr(), two.view.addr())];
+    let workers = tokens.map(|(context, view)| {
+        std::thread::spawn(move || {
+            let (context, view) = (without_provenance_mut(context), without_provenance_mut(view));
+            for _ in 0..200 {
+                let lighting = structure! { BgiLighting, BGI_STRUCTURE_TYPE_LIGHTING, };
+                // SAFETY: as the header says; the NULL camera is misuse that is survived.
+                unsafe {
+                    assert_eq!(bgiSetLights(context, &lighting), BGI_SUCCESS);
+                    assert_eq!(bgiSetCamera(context, view, null()), BGI_ERROR_INVALID_ARGUMENT);
+                }
+                assert_eq!(last_error(context), "BgiCamera is NULL");
+            }
+        })
+    });
+    workers.into_iter().for_each(|worker| worker.join().expect("a worker"));
+}
