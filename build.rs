@@ -46,9 +46,10 @@ fn main() {
 fn compile(name: &str, text: &str, path: &Path, out: &Path, table: &mut String, types: &mut reflect::Types) {
     let module = naga::front::wgsl::parse_str(text)
         .unwrap_or_else(|e| panic!("{}\n{}", path.display(), e.emit_to_string_with_path(text, name)));
-    let info = Validator::new(ValidationFlags::all(), Capabilities::IMMEDIATES | Capabilities::SHADER_FLOAT16_IN_FLOAT32)
-        .validate(&module)
-        .unwrap_or_else(|e| panic!("{}\n{}", path.display(), e.emit_to_string_with_path(text, name)));
+    let info =
+        Validator::new(ValidationFlags::all(), Capabilities::IMMEDIATES | Capabilities::SHADER_FLOAT16_IN_FLOAT32)
+            .validate(&module)
+            .unwrap_or_else(|e| panic!("{}\n{}", path.display(), e.emit_to_string_with_path(text, name)));
     let unchecked = naga::proc::BoundsCheckPolicy::Unchecked;
     let options = spv::Options {
         lang_version: (1, 3),
@@ -67,8 +68,7 @@ fn compile(name: &str, text: &str, path: &Path, out: &Path, table: &mut String, 
         binding_map: reflect::binding_map(&module),
         ..Default::default()
     };
-    let pipeline =
-        spv::PipelineOptions { shader_stage: naga::ShaderStage::Compute, entry_point: "main".to_owned() };
+    let pipeline = spv::PipelineOptions { shader_stage: naga::ShaderStage::Compute, entry_point: "main".to_owned() };
     let words = spv::write_vec(&module, &info, &options, Some(&pipeline)).expect("naga writes SPIR-V");
     let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
     std::fs::write(out.join(format!("{name}.spv")), bytes).expect("OUT_DIR is writable");

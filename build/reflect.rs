@@ -15,7 +15,8 @@ pub fn binding_map(module: &Module) -> naga::back::spv::BindingMap {
     let bound = module.global_variables.iter().filter_map(|(_, var)| var.binding);
     bound
         .map(|b| {
-            let info = naga::back::spv::BindingInfo { descriptor_set: b.group, binding: b.binding, ..Default::default() };
+            let info =
+                naga::back::spv::BindingInfo { descriptor_set: b.group, binding: b.binding, ..Default::default() };
             (b, info)
         })
         .collect()
@@ -77,7 +78,8 @@ impl Types {
             }
         }
         for (_, constant) in module.constants.iter() {
-            let (Some(name), Expression::Literal(literal)) = (&constant.name, &module.global_expressions[constant.init])
+            let (Some(name), Expression::Literal(literal)) =
+                (&constant.name, &module.global_expressions[constant.init])
             else {
                 continue;
             };

@@ -205,7 +205,8 @@ impl Context {
                 }
                 Light::Point { position, intensity } => position.iter().all(|v| v.is_finite()) && usable(intensity),
             };
-            ok.then_some(()).ok_or_else(|| Error::invalid(format!("light {index}: not finite, negative, or no direction")))?;
+            ok.then_some(())
+                .ok_or_else(|| Error::invalid(format!("light {index}: not finite, negative, or no direction")))?;
         }
         if lights.len() > 4096 {
             return Err(Error::invalid("at most 4096 lights"));

@@ -99,10 +99,7 @@ impl Settings {
             "coverage_groups must be powers of two, 1 to 64",
         )?;
         in_range(self.memory_budget >= 1 << 20, "memory_budget must be at least 1 MiB")?;
-        in_range(
-            (1..=4096).contains(&self.voxelize_bricks_per_frame),
-            "voxelize_bricks_per_frame must be 1 to 4096",
-        )?;
+        in_range((1..=4096).contains(&self.voxelize_bricks_per_frame), "voxelize_bricks_per_frame must be 1 to 4096")?;
         in_range(
             (64..=4_194_304).contains(&self.light_faces_per_frame),
             "light_faces_per_frame must be 64 to 4194304",

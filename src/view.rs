@@ -1,8 +1,8 @@
 //! A view: a camera with its own probes and history.
 
+use crate::context::{FrameInputs, ResourceSize};
 use crate::error::{Error, Result};
 use crate::gpu::shared::View as ViewUniform;
-use crate::context::{FrameInputs, ResourceSize};
 use crate::gpu::{Bound, Buffer, Device, Location};
 use crate::scene::Camera;
 use ash::vk;
@@ -80,9 +80,8 @@ impl View {
         };
         if let Some((previous, previous_size)) = self.previous {
             let moved = DVec3::from(camera.position) - DVec3::from(previous.position);
-            let to_previous = self::projection(&previous)
-                * DMat4::from_mat3(rotation(&previous))
-                * DMat4::from_translation(moved);
+            let to_previous =
+                self::projection(&previous) * DMat4::from_mat3(rotation(&previous)) * DMat4::from_translation(moved);
             uniform.previous_clip = to_previous.as_mat4().to_cols_array_2d();
             uniform.camera_delta = (-moved).as_vec3().to_array();
             uniform.previous_size = previous_size.x | previous_size.y << 16;

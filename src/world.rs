@@ -139,7 +139,15 @@ impl World {
     }
 
     /// Makes sure that a buffer has room; `keep` copies what it held, when the frame is played.
-    fn ensure(&mut self, device: &Device, slot: &mut Slot, name: &'static str, bytes: u64, keep: bool, frame: &mut Frame) -> Result<()> {
+    fn ensure(
+        &mut self,
+        device: &Device,
+        slot: &mut Slot,
+        name: &'static str,
+        bytes: u64,
+        keep: bool,
+        frame: &mut Frame,
+    ) -> Result<()> {
         if self.buffers.get(name).is_some_and(|b| b.size >= bytes) {
             return Ok(());
         }
@@ -156,7 +164,13 @@ impl World {
         Ok(())
     }
 
-    fn upload_materials(&mut self, device: &Device, slot: &mut Slot, scene: &mut Scene, frame: &mut Frame) -> Result<()> {
+    fn upload_materials(
+        &mut self,
+        device: &Device,
+        slot: &mut Slot,
+        scene: &mut Scene,
+        frame: &mut Frame,
+    ) -> Result<()> {
         if !scene.materials_changed && self.buffers.contains_key("materials") {
             return Ok(());
         }
@@ -186,7 +200,9 @@ impl World {
                 }
             })
             .collect();
-        for (name, bytes) in [("materials", bytemuck::cast_slice(&materials)), ("texels", bytemuck::cast_slice::<u32, u8>(&texels))] {
+        for (name, bytes) in
+            [("materials", bytemuck::cast_slice(&materials)), ("texels", bytemuck::cast_slice::<u32, u8>(&texels))]
+        {
             let mut buffer = Buffer::new(device, bytes.len() as u64, Location::Upload)?;
             buffer.write(bytes);
             if let Some(old) = self.buffers.insert(name, buffer) {
@@ -198,12 +214,22 @@ impl World {
     }
 
     /// Takes in the bricks that the slot's last frame finished.
-    fn commit(&mut self, device: &Device, slot: &mut Slot, index: usize, settings: &Settings, camera: DVec3, frame: &mut Frame) -> Result<()> {
+    fn commit(
+        &mut self,
+        device: &Device,
+        slot: &mut Slot,
+        index: usize,
+        settings: &Settings,
+        camera: DVec3,
+        frame: &mut Frame,
+    ) -> Result<()> {
         let flight = &mut self.flights[index];
         let bricks = std::mem::take(&mut flight.bricks);
         flight.source = flight.payload.as_ref().map(|b| (b.raw, b.size));
-        let results: Vec<BrickResult> =
-            flight.results.as_ref().map_or(Vec::new(), |b| if bricks.is_empty() { Vec::new() } else { b.read(bricks.len()) });
+        let results: Vec<BrickResult> = flight
+            .results
+            .as_ref()
+            .map_or(Vec::new(), |b| if bricks.is_empty() { Vec::new() } else { b.read(bricks.len()) });
         let finished: Vec<Finished> =
             bricks.into_iter().zip(results).map(|(position, result)| Finished { position, result }).collect();
         if !finished.is_empty() {
@@ -346,8 +372,7 @@ impl World {
 
         let total = self.table.faces();
         let sweeps = (settings.light_faces_per_frame / total.max(1)).clamp(1, SWEEPS_MAX);
-        let (bricks, faces) =
-            self.table.choose_for_light(settings.light_faces_per_frame, sweeps, frame_index, camera);
+        let (bricks, faces) = self.table.choose_for_light(settings.light_faces_per_frame, sweeps, frame_index, camera);
         if !bricks.is_empty() {
             let room = u64::from(total.min(settings.light_faces_per_frame).next_multiple_of(1024));
             self.ensure(device, slot, "vis_faces", room * 4, false, frame)?;
@@ -395,8 +420,7 @@ impl World {
 
     /// Names and bytes of the world's buffers.
     pub fn resources(&self) -> Vec<ResourceSize> {
-        let mut sizes: Vec<_> =
-            self.buffers.iter().map(|(name, b)| ResourceSize { name, bytes: b.size }).collect();
+        let mut sizes: Vec<_> = self.buffers.iter().map(|(name, b)| ResourceSize { name, bytes: b.size }).collect();
         sizes.sort_by_key(|r| r.name);
         for (name, pick) in [
             ("brick_results", (|f| &f.results) as fn(&Flight) -> &Option<Buffer>),

@@ -120,8 +120,22 @@ impl PrimitiveIndex {
             let material = materials[&instance.material] | if two_sided { TWO_SIDED } else { 0 };
             let uv = triangle_uvs(mesh, p.triangle);
             out.push([
-                a.x, a.y, a.z, f32::from_bits(material), b.x, b.y, b.z, uv[0], c.x, c.y, c.z, uv[1], uv[2], uv[3],
-                uv[4], uv[5],
+                a.x,
+                a.y,
+                a.z,
+                f32::from_bits(material),
+                b.x,
+                b.y,
+                b.z,
+                uv[0],
+                c.x,
+                c.y,
+                c.z,
+                uv[1],
+                uv[2],
+                uv[3],
+                uv[4],
+                uv[5],
             ]);
         }
     }

@@ -225,9 +225,8 @@ impl BrickTable {
                 (if b.updates == 0 { -1e12 / distance } else { -age / distance }, *p)
             })
             .collect();
-        let key = |a: &(f64, IVec3), b: &(f64, IVec3)| {
-            a.0.total_cmp(&b.0).then_with(|| a.1.to_array().cmp(&b.1.to_array()))
-        };
+        let key =
+            |a: &(f64, IVec3), b: &(f64, IVec3)| a.0.total_cmp(&b.0).then_with(|| a.1.to_array().cmp(&b.1.to_array()));
         candidates.sort_unstable_by(key);
         let window = self.window();
         let (mut chosen, mut faces) = (Vec::new(), 0);

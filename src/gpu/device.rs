@@ -37,9 +37,8 @@ impl Device {
     ) -> Result<DeviceRequirements> {
         let static_fn = ash::StaticFn { get_instance_proc_addr };
         // SAFETY: the caller vouches for the handles.
-        let properties = unsafe {
-            ash::Instance::load(&static_fn, instance).get_physical_device_properties(physical_device)
-        };
+        let properties =
+            unsafe { ash::Instance::load(&static_fn, instance).get_physical_device_properties(physical_device) };
         let missing = checks(&properties).into_iter().filter(|(ok, _)| !ok).map(|(_, text)| text).collect();
         Ok(DeviceRequirements { api_version: vk::API_VERSION_1_1, missing })
     }

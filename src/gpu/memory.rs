@@ -39,8 +39,7 @@ impl Buffer {
         let info = vk::BufferCreateInfo::default().size(size).usage(usage);
         // SAFETY: the device is valid for the context's life.
         let raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(Error::vulkan("vkCreateBuffer"))?;
-        let mut buffer =
-            Self { raw, size, memory: vk::DeviceMemory::null(), mapped: std::ptr::null_mut(), location };
+        let mut buffer = Self { raw, size, memory: vk::DeviceMemory::null(), mapped: std::ptr::null_mut(), location };
         match buffer.bind(device) {
             Ok(()) => Ok(buffer),
             Err(error) => {
@@ -58,12 +57,8 @@ impl Buffer {
         let info = vk::MemoryAllocateInfo::default().allocation_size(needs.size).memory_type_index(type_index);
         // SAFETY: plain calls on objects of this device; mapping covers the whole allocation.
         unsafe {
-            self.memory =
-                device.raw.allocate_memory(&info, None).map_err(Error::vulkan("vkAllocateMemory"))?;
-            device
-                .raw
-                .bind_buffer_memory(self.raw, self.memory, 0)
-                .map_err(Error::vulkan("vkBindBufferMemory"))?;
+            self.memory = device.raw.allocate_memory(&info, None).map_err(Error::vulkan("vkAllocateMemory"))?;
+            device.raw.bind_buffer_memory(self.raw, self.memory, 0).map_err(Error::vulkan("vkBindBufferMemory"))?;
             if self.location != Location::Device {
                 let flags = vk::MemoryMapFlags::empty();
                 self.mapped = device
@@ -85,7 +80,10 @@ impl Buffer {
 
     /// The first `count` values of a readback buffer.
     pub fn read<T: bytemuck::Pod>(&self, count: usize) -> Vec<T> {
-        assert!(!self.mapped.is_null() && (count * size_of::<T>()) as u64 <= self.size, "a readback buffer, large enough");
+        assert!(
+            !self.mapped.is_null() && (count * size_of::<T>()) as u64 <= self.size,
+            "a readback buffer, large enough"
+        );
         // SAFETY: mapped, coherent, and as large as just checked; the GPU has finished with this slot.
         let bytes = unsafe { std::slice::from_raw_parts(self.mapped, count * size_of::<T>()) };
         bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
@@ -113,7 +111,6 @@ fn memory_type(device: &Device, allowed: u32, location: Location) -> Option<u32>
     };
     let types = device.memory.memory_types_as_slice();
     wishes.iter().find_map(|wish| {
-        (0..types.len() as u32)
-            .find(|i| allowed >> i & 1 == 1 && types[*i as usize].property_flags.contains(*wish))
+        (0..types.len() as u32).find(|i| allowed >> i & 1 == 1 && types[*i as usize].property_flags.contains(*wish))
     })
 }

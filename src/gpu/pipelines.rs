@@ -102,8 +102,8 @@ impl Pipeline {
         let words = self.shader.spirv.words();
         let module_info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: see above; the SPIR-V was validated when it was built.
-        let module = unsafe { raw.create_shader_module(&module_info, None) }
-            .map_err(Error::vulkan("vkCreateShaderModule"))?;
+        let module =
+            unsafe { raw.create_shader_module(&module_info, None) }.map_err(Error::vulkan("vkCreateShaderModule"))?;
         let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
             .module(module)

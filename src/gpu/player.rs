@@ -274,7 +274,15 @@ impl<'a> Player<'a> {
         let none = vk::DependencyFlags::empty();
         // SAFETY: recording, outside a render pass.
         unsafe {
-            self.device.raw.cmd_pipeline_barrier(self.commands, work | Stage::DRAW_INDIRECT, after, none, &memory, &[], &[]);
+            self.device.raw.cmd_pipeline_barrier(
+                self.commands,
+                work | Stage::DRAW_INDIRECT,
+                after,
+                none,
+                &memory,
+                &[],
+                &[],
+            );
         }
         self.written.clear();
         self.read.clear();

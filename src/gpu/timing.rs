@@ -18,11 +18,9 @@ impl Timing {
     pub fn new(device: &Device) -> Result<Self> {
         let mut pool = vk::QueryPool::null();
         if device.timestamp_bits > 0 {
-            let info =
-                vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(QUERIES);
+            let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(QUERIES);
             // SAFETY: valid device.
-            pool = unsafe { device.raw.create_query_pool(&info, None) }
-                .map_err(Error::vulkan("vkCreateQueryPool"))?;
+            pool = unsafe { device.raw.create_query_pool(&info, None) }.map_err(Error::vulkan("vkCreateQueryPool"))?;
         }
         Ok(Self { pool, marks: Vec::new(), recorded: false })
     }
@@ -57,9 +55,8 @@ impl Timing {
         }
         let mut ticks = vec![0u64; self.marks.len()];
         // SAFETY: as many queries as marks were written; no wait flag, so this cannot block.
-        let read = unsafe {
-            device.raw.get_query_pool_results(self.pool, 0, &mut ticks, vk::QueryResultFlags::TYPE_64)
-        };
+        let read =
+            unsafe { device.raw.get_query_pool_results(self.pool, 0, &mut ticks, vk::QueryResultFlags::TYPE_64) };
         if read.is_err() {
             return Vec::new();
         }

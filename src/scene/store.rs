@@ -102,8 +102,8 @@ impl Scene {
             let mesh = self.meshes.contains_key(&i.mesh) && !update.removed_meshes.contains(&i.mesh)
                 || update.meshes.iter().any(|m| m.id == i.mesh);
             mesh.then_some(()).ok_or_else(|| Error::UnknownId(format!("mesh {} of instance {}", i.mesh, i.id)))?;
-            let material = self.materials.contains_key(&i.material)
-                || update.materials.iter().any(|m| m.id == i.material);
+            let material =
+                self.materials.contains_key(&i.material) || update.materials.iter().any(|m| m.id == i.material);
             material
                 .then_some(())
                 .ok_or_else(|| Error::UnknownId(format!("material {} of instance {}", i.material, i.id)))?;

@@ -103,10 +103,7 @@ impl GBuffer {
     }
 }
 
-fn color_attachment(
-    target: &Target,
-    ops: wgpu_hal::AttachmentOps,
-) -> wgpu_hal::ColorAttachment<'_, hal::TextureView> {
+fn color_attachment(target: &Target, ops: wgpu_hal::AttachmentOps) -> wgpu_hal::ColorAttachment<'_, hal::TextureView> {
     wgpu_hal::ColorAttachment {
         target: wgpu_hal::Attachment { view: target.view(), usage: wgt::TextureUses::COLOR_TARGET },
         depth_slice: None,

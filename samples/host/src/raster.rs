@@ -220,11 +220,7 @@ fn vertex_attributes() -> [wgt::VertexAttribute; 4] {
     })
 }
 
-fn create_pipeline(
-    gpu: &Gpu,
-    layout: &hal::PipelineLayout,
-    shader: &hal::ShaderModule,
-) -> Result<hal::RenderPipeline> {
+fn create_pipeline(gpu: &Gpu, layout: &hal::PipelineLayout, shader: &hal::ShaderModule) -> Result<hal::RenderPipeline> {
     let attributes = vertex_attributes();
     let constants = naga::back::PipelineConstants::default();
     let stage = |entry_point| wgpu_hal::ProgrammableStage {

@@ -127,7 +127,11 @@ impl Display for Report {
         let world = &self.world;
         let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
         let (in_world, in_views) = (mib(world.world_bytes), mib(world.view_bytes));
-        writeln!(f, "  world {in_world:.2} MiB, views {in_views:.2} MiB, {} bricks, {} faces", world.bricks, world.faces)?;
+        writeln!(
+            f,
+            "  world {in_world:.2} MiB, views {in_views:.2} MiB, {} bricks, {} faces",
+            world.bricks, world.faces
+        )?;
         if world.bricks_missing > 0 {
             writeln!(f, "        {} bricks are missing", world.bricks_missing)?;
         }

@@ -176,9 +176,7 @@ fn triangle_list(mode: Mode, order: Vec<u32>) -> Vec<u32> {
             .enumerate()
             .flat_map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] })
             .collect(),
-        Mode::TriangleFan if order.len() > 2 => {
-            order[1..].windows(2).flat_map(|w| [order[0], w[0], w[1]]).collect()
-        }
+        Mode::TriangleFan if order.len() > 2 => order[1..].windows(2).flat_map(|w| [order[0], w[0], w[1]]).collect(),
         Mode::TriangleFan => Vec::new(),
         _ => order,
     };

@@ -11,11 +11,8 @@ const MAX_EDGE: u32 = 1024;
 pub(super) fn texture(data: Data) -> Result<Texture, String> {
     let (width, height, format) = (data.width, data.height, data.format);
     let image = decode(data).ok_or_else(|| format!("unsupported image: {width} x {height}, {format:?}"))?;
-    let image = if width.max(height) > MAX_EDGE {
-        image.resize(MAX_EDGE, MAX_EDGE, FilterType::Triangle)
-    } else {
-        image
-    };
+    let image =
+        if width.max(height) > MAX_EDGE { image.resize(MAX_EDGE, MAX_EDGE, FilterType::Triangle) } else { image };
     let rgba = image.into_rgba8();
     Ok(Texture { width: rgba.width(), height: rgba.height(), rgba8: rgba.into_raw() })
 }
