@@ -41,7 +41,8 @@ fn trace(origin: vec3<f32>, direction: vec3<f32>, n_origin: vec3<f32>, t_max: f3
     let top = vec3<i32>(frame.extent * GROUP_VOXELS) - 1;
     var cell = clamp(vec3<i32>(floor(origin + d * t)), vec3<i32>(0), top);
     let start_cell = select(vec3<i32>(-1), cell, first);
-    var entry_axis = 0u;
+    // A ray from outside enters the bounds through the farthest of the three planes that it has to cross.
+    var entry_axis = select(select(2u, 1u, enter3.y > enter3.z), 0u, enter3.x > max(enter3.y, enter3.z));
     // Per axis: the ray left the last occupied voxel in front of its plane.
     var front = vec3<bool>(false);
 
