@@ -21,26 +21,35 @@ fn main() {
     println!("cargo::rerun-if-changed=shaders");
     println!("cargo::rerun-if-changed=build");
 
-    let mut passes: Vec<PathBuf> = std::fs::read_dir(root.join("passes"))
-        .expect("shaders/passes exists")
+    let mut types = reflect::Types::default();
+    write_table("SHADERS", &root.join("passes"), &root, &out, &mut types);
+    // Shaders that only unit tests run: a table of their own, which the product does not hold.
+    let mut test_types = reflect::Types::default();
+    write_table("TEST_SHADERS", &root.join("tests"), &root, &out, &mut test_types);
+    std::fs::write(out.join("test_shared.rs"), test_types.without(&types).finish()).expect("OUT_DIR is writable");
+    std::fs::write(out.join("shared.rs"), types.finish()).expect("OUT_DIR is writable");
+}
+
+/// Compiles a folder and writes its table, `<name in lower case>.rs`.
+fn write_table(name: &str, folder: &Path, root: &Path, out: &Path, types: &mut reflect::Types) {
+    let mut passes: Vec<PathBuf> = std::fs::read_dir(folder)
+        .expect("the folder exists")
         .map(|entry| entry.expect("readable").path())
         .filter(|path| path.extension().is_some_and(|e| e == "wgsl"))
         .collect();
     passes.sort();
 
-    let mut table = String::from("/// Every pipeline, by name.\npub static SHADERS: &[Shader] = &[\n");
-    let mut types = reflect::Types::default();
+    let mut table = format!("/// Every pipeline, by name.\npub static {name}: &[Shader] = &[\n");
     for path in &passes {
-        let name = path.file_stem().expect("a file").to_str().expect("ascii").to_owned();
-        let text = source::load(&root, path);
-        compile(&name, &text, path, &out, &mut table, &mut types);
-        for (_, permuted, from, to) in PERMUTATIONS.iter().filter(|p| p.0 == name) {
-            compile(permuted, &text.replace(from, to), path, &out, &mut table, &mut types);
+        let pass = path.file_stem().expect("a file").to_str().expect("ascii").to_owned();
+        let text = source::load(root, path);
+        compile(&pass, &text, path, out, &mut table, types);
+        for (_, permuted, from, to) in PERMUTATIONS.iter().filter(|p| p.0 == pass) {
+            compile(permuted, &text.replace(from, to), path, out, &mut table, types);
         }
     }
     table.push_str("];\n");
-    std::fs::write(out.join("shaders.rs"), table).expect("OUT_DIR is writable");
-    std::fs::write(out.join("shared.rs"), types.finish()).expect("OUT_DIR is writable");
+    std::fs::write(out.join(format!("{}.rs", name.to_lowercase())), table).expect("OUT_DIR is writable");
 }
 
 fn compile(name: &str, text: &str, path: &Path, out: &Path, table: &mut String, types: &mut reflect::Types) {

@@ -98,6 +98,12 @@ impl Types {
         assert!(*known == text, "{shader}: `{name}` differs from the one in another shader");
     }
 
+    /// Leaves out what the others have.
+    pub fn without(mut self, others: &Self) -> Self {
+        self.items.retain(|name, _| !others.items.contains_key(name));
+        self
+    }
+
     pub fn finish(self) -> String {
         self.items.into_values().collect()
     }

@@ -13,6 +13,8 @@ mod gpu;
 mod passes;
 pub mod scene;
 mod settings;
+#[cfg(test)]
+mod twin;
 mod view;
 mod world;
 

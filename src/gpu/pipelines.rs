@@ -31,8 +31,13 @@ pub fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
 impl Pipelines {
     /// Creates all of them.
     pub fn new(device: &Device) -> Result<Self> {
+        Self::of(device, SHADERS)
+    }
+
+    /// Creates those of the given shaders.
+    pub fn of(device: &Device, shaders: impl IntoIterator<Item = &'static Shader>) -> Result<Self> {
         let mut all = Self { by_name: HashMap::new() };
-        for shader in SHADERS {
+        for shader in shaders {
             let mut pipeline = Pipeline {
                 shader,
                 raw: vk::Pipeline::null(),

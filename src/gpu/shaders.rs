@@ -61,3 +61,5 @@ macro_rules! include_spirv {
 }
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+#[cfg(test)]
+include!(concat!(env!("OUT_DIR"), "/test_shaders.rs"));

@@ -10,6 +10,9 @@ pub struct Host {
     pub instance: ash::Instance,
     pub physical_device: vk::PhysicalDevice,
     pub device: ash::Device,
+    /// Of the device's one queue.
+    #[allow(dead_code, reason = "not every test submits")]
+    pub family: u32,
     pub commands: vk::CommandBuffer,
     pool: vk::CommandPool,
     messenger: vk::DebugUtilsMessengerEXT,
@@ -66,7 +69,7 @@ impl Host {
             let pool = device.create_command_pool(&info, None).expect("a command pool");
             let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
             let commands = device.allocate_command_buffers(&info).expect("a command buffer")[0];
-            Self { entry, instance, physical_device, device, commands, pool, messenger, messages }
+            Self { entry, instance, physical_device, device, family, commands, pool, messenger, messages }
         }
     }
 

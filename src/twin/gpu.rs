@@ -1,0 +1,91 @@
+//! Runs passes on a device with the validation layer on.
+
+use super::vulkan::Host;
+use crate::context::DeviceHandles;
+use crate::frame::Frame;
+use crate::gpu::shaders::{SHADERS, TEST_SHADERS};
+use crate::gpu::{Bound, Buffer, Device, Location, Pipelines, Player, Slot};
+use ash::vk;
+use std::collections::HashMap;
+
+/// A device with the pipelines of some passes and buffers by name. Fails when dropped if the validation layer spoke.
+pub struct Gpu {
+    buffers: HashMap<&'static str, Buffer>,
+    slot: Slot,
+    pipelines: Pipelines,
+    device: Device,
+    pool: vk::CommandPool,
+    host: Host,
+}
+
+impl Gpu {
+    pub fn new(passes: &[&str]) -> Self {
+        let host = Host::new();
+        let handles = DeviceHandles {
+            get_instance_proc_addr: host.entry.static_fn().get_instance_proc_addr,
+            instance: host.instance.handle(),
+            physical_device: host.physical_device,
+            device: host.device.handle(),
+        };
+        // SAFETY: the host's handles outlive the value.
+        let device = unsafe { Device::new(&handles) }.expect("a device that will do");
+        let shaders = SHADERS.iter().chain(TEST_SHADERS).filter(|s| passes.contains(&s.name));
+        let pipelines = Pipelines::of(&device, shaders).expect("pipelines");
+        let slot = Slot::new(&device).expect("a slot");
+        let info = vk::CommandPoolCreateInfo::default().queue_family_index(host.family);
+        // SAFETY: the family is the device's.
+        let pool = unsafe { host.device.create_command_pool(&info, None) }.expect("a command pool");
+        Self { buffers: HashMap::new(), slot, pipelines, device, pool, host }
+    }
+
+    /// Makes, or makes anew, a buffer that the passes find by this name.
+    pub fn buffer(&mut self, name: &'static str, bytes: usize, location: Location) {
+        let new = Buffer::new(&self.device, bytes as u64, location).expect("a buffer");
+        if let Some(mut old) = self.buffers.insert(name, new) {
+            old.destroy(&self.device);
+        }
+    }
+
+    /// What a readback buffer holds.
+    pub fn read<T: bytemuck::Pod>(&self, name: &str, count: usize) -> Vec<T> {
+        self.buffers[name].read(count)
+    }
+
+    /// Records the list, submits it and waits.
+    pub fn run(&mut self, frame: &Frame) {
+        let raw = &self.host.device;
+        self.slot.recycle(&self.device).expect("recycled");
+        let whole = |(name, b): (&&'static str, &Buffer)| (*name, Bound::Buffer(b.raw, 0, b.size));
+        let bound = self.buffers.iter().map(whole).collect();
+        // SAFETY: ordinary recording and submission on this thread; the wait at the end frees everything for reuse.
+        unsafe {
+            raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::RELEASE_RESOURCES).expect("reset");
+            let info = vk::CommandBufferAllocateInfo::default().command_pool(self.pool).command_buffer_count(1);
+            let commands = raw.allocate_command_buffers(&info).expect("a command buffer");
+            let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+            raw.begin_command_buffer(commands[0], &begin).expect("recording");
+            let player = Player::new(&self.device, &self.pipelines, commands[0], bound, HashMap::new());
+            player.play(frame, &mut self.slot).expect("a frame that can be played");
+            raw.end_command_buffer(commands[0]).expect("recorded");
+            let queue = raw.get_device_queue(self.host.family, 0);
+            let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
+            raw.queue_submit(queue, &submit, vk::Fence::null()).expect("submitted");
+            raw.queue_wait_idle(queue).expect("done");
+            raw.free_command_buffers(self.pool, &commands);
+        }
+    }
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        self.buffers.drain().for_each(|(_, mut b)| b.destroy(&self.device));
+        self.slot.destroy(&self.device);
+        self.pipelines.destroy(&self.device);
+        // SAFETY: nothing runs any more.
+        unsafe { self.host.device.destroy_command_pool(self.pool, None) };
+        let messages = self.host.messages();
+        if !std::thread::panicking() {
+            assert!(messages.is_empty(), "the validation layer said:\n{}", messages.join("\n"));
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! CPU twins of the shaders, and the tests that hold the two together.
+//!
+//! A twin is the plain reading of what its shader must do: f64, no hierarchy, no shared memory, nothing packed until
+//! the end. `pack`, `layout` and `world` read and write the data; `trace`, `voxelize` and `resolve` compute it;
+//! `gpu` runs the shaders with the validation layer on.
+
+mod gpu;
+mod layout;
+mod pack;
+mod random;
+mod resolve;
+mod surface;
+mod tests;
+mod trace;
+mod voxelize;
+mod world;
+
+/// Rust twins of what only the test shaders declare.
+mod shared {
+    include!(concat!(env!("OUT_DIR"), "/test_shared.rs"));
+}
+
+#[path = "../../tests/common/vulkan.rs"]
+mod vulkan;

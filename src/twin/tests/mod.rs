@@ -1,0 +1,7 @@
+//! The claims.
+
+mod limits;
+mod pack;
+mod trace;
+mod voxelize;
+mod worlds;
