@@ -19,8 +19,8 @@ struct Hit {
     cell: vec3<i32>,
 }
 
-// Bound on the cells that a ray visits: three times the diagonal of the largest window in bricks.
-const MAX_STEPS: u32 = 1024u;
+// Bound on the cells that a ray visits: every voxel on the longest way through the largest window (64 groups a side).
+const MAX_STEPS: u32 = 6144u;
 
 // Traces from `origin` (grid space) along a unit `direction` up to `t_max` voxels. `n_origin` is the surface's normal at
 // the origin, or zero: opposing planes nearer than a quarter voxel behind it are not hit.
