@@ -1,6 +1,6 @@
 //! HDDA on the GPU equals brute-force marching on the CPU.
 
-use super::worlds::{noise, rays, shapes, window};
+use super::worlds::{floor_to_a_wall, noise, rays, shapes, window};
 use crate::frame::Frame;
 use crate::gpu::Location;
 use crate::gpu::shared::{Frame as FrameUniform, NONE};
@@ -12,7 +12,7 @@ use crate::twin::trace::{Hit, Ray, trace};
 use crate::twin::world::{Packed, World};
 use glam::{DVec3, IVec3};
 
-const RAYS: usize = 20_000;
+const RAYS: usize = 50_000;
 /// Rays that may fall on either side of a rule by rounding alone.
 const BORDERLINE_MAX: f64 = 0.005;
 
@@ -121,4 +121,19 @@ fn hdda_hits_what_marching_through_every_voxel_hits() {
     shapes(&mut random, &mut solid);
     agrees(&mut gpu, "shapes", &solid, HitModel::Plane, 16);
     agrees(&mut gpu, "shapes, cube hits", &solid, HitModel::Cube, 17);
+}
+
+/// A ray just above a floor, through the blocks that hold it, visits every voxel of them: more than the steps that a
+/// bound in bricks would allow.
+#[test]
+fn a_grazing_ray_reaches_the_far_end_of_the_window() {
+    let mut gpu = Gpu::new(&["trace_rays"]);
+    let mut world = window([32, 1, 32], [0, 0, 0]);
+    floor_to_a_wall(&mut world);
+    let origin = DVec3::new(1.5, 2.5, 1.25);
+    let direction = DVec3::new(1.0, 0.0, 0.998).normalize().as_vec3().as_dvec3();
+    let ray = Ray { origin, direction, normal: DVec3::ZERO, t_max: 1e30, error: DVec3::ZERO };
+    let expected = trace(&world, HitModel::Plane, &ray).expect("the wall");
+    let found = trace_on_gpu(&mut gpu, &world.pack(), HitModel::Plane, &[ray])[0];
+    assert_eq!((found.kind, IVec3::from(found.cell)), (1, expected.cell), "{found:?}, not {expected:?}");
 }

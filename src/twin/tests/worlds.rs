@@ -127,6 +127,23 @@ fn close(random: &mut Random, world: &mut World) {
     }
 }
 
+/// A path of floor along the diagonal of the window's lowest layer, with a wall before its end.
+pub fn floor_to_a_wall(world: &mut World) {
+    let size = world.size();
+    for x in 0..size.x {
+        for z in (x - 8).max(0)..(x + 8).min(size.z) {
+            let mut voxel = Voxel::default();
+            put(&mut voxel, 3, DVec3::Y, DVec3::splat(0.5));
+            world.insert(IVec3::new(x, 0, z), voxel);
+        }
+    }
+    for cell in 0..64 {
+        let mut voxel = Voxel::default();
+        put(&mut voxel, 0, DVec3::NEG_X, DVec3::splat(0.5));
+        world.insert(IVec3::new(size.x - 4, cell % 4, size.z - 17 + cell / 4), voxel);
+    }
+}
+
 fn rounded(v: DVec3) -> DVec3 {
     v.as_vec3().as_dvec3()
 }
