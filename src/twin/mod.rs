@@ -12,6 +12,7 @@ mod resolve;
 mod surface;
 mod tests;
 mod trace;
+mod triangle;
 mod voxelize;
 mod world;
 

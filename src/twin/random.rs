@@ -50,3 +50,41 @@ impl Random {
         DVec3::new(r * cos, r * sin, z)
     }
 }
+
+/// Twin of lib/random.wgsl `pcg`.
+pub fn pcg(value: u32) -> u32 {
+    let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (word >> 22) ^ word
+}
+
+/// Twin of lib/random.wgsl `unit_float`.
+pub fn unit_float(hash: u32) -> f64 {
+    f64::from(hash >> 8) / 16_777_216.0
+}
+
+/// Errors of the size of f32 rounding, to see which results hang on them; or none.
+pub struct Errors {
+    size: f64,
+    state: std::cell::RefCell<Random>,
+}
+
+impl Errors {
+    pub fn none() -> Self {
+        Self { size: 0.0, state: std::cell::RefCell::new(Random::new(0)) }
+    }
+
+    pub fn seeded(seed: u64) -> Self {
+        Self { size: 1.0, state: std::cell::RefCell::new(Random::new(seed)) }
+    }
+
+    /// `value` within +- `error`.
+    pub fn on(&self, value: f64, error: f64) -> f64 {
+        if self.size == 0.0 { value } else { value + self.state.borrow_mut().between(-error, error) }
+    }
+
+    /// Each component of `value` within +- `error`.
+    pub fn on3(&self, value: DVec3, error: f64) -> DVec3 {
+        DVec3::new(self.on(value.x, error), self.on(value.y, error), self.on(value.z, error))
+    }
+}

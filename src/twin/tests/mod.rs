@@ -2,6 +2,7 @@
 
 mod limits;
 mod pack;
+mod solids;
 mod trace;
 mod voxelize;
 mod worlds;

@@ -1,1 +1,229 @@
+//! Voxelisation on the GPU equals its CPU twin.
 
+use super::pack::planes_agree;
+use super::solids::{self, Bodies};
+use crate::bricks::{PrimitiveIndex, WorldGrid};
+use crate::frame::{Command, Frame};
+use crate::gpu::Location;
+use crate::gpu::shared::{BATCH_BRICKS, BatchBrick, BrickResult, Material, NO_TEXTURE, NONE, RECORD_WORDS};
+use crate::passes;
+use crate::scene::Scene;
+use crate::settings::HitModel;
+use crate::twin::gpu::Gpu;
+use crate::twin::layout::{Brick, Face, Voxel, decode, encode};
+use crate::twin::pack::{albedo_levels, rgb9e5_decode};
+use crate::twin::random::{Errors, Random};
+use crate::twin::resolve;
+use crate::twin::triangle::Triangle;
+use crate::twin::voxelize::Source;
+use glam::{DVec3, IVec3};
+use std::collections::{BTreeSet, HashMap};
+
+const PAYLOAD_WORDS: u32 = 1 << 20;
+/// Runs of the twin with errors that decide whether a difference hangs on rounding.
+const TRIES: u64 = 12;
+
+/// A scene as the passes read it.
+struct Batch {
+    positions: Vec<IVec3>,
+    bricks: Vec<BatchBrick>,
+    triangles: Vec<[f32; 16]>,
+    materials: Vec<Material>,
+    texels: Vec<u32>,
+    emission_max: f32,
+}
+
+impl Batch {
+    fn new(scene: &Scene) -> Self {
+        let grid = WorldGrid { voxel_size: 1.0, offset: DVec3::ZERO };
+        let mut index = PrimitiveIndex::default();
+        for id in 0..scene.instances.len() as u64 {
+            index.insert(id, scene, &grid);
+        }
+        let mut positions: Vec<IVec3> = index.bricks().collect();
+        positions.sort_unstable_by_key(IVec3::to_array);
+        let ids: HashMap<u64, u32> = scene.materials.keys().map(|id| (*id, *id as u32)).collect();
+        let (mut bricks, mut triangles) = (Vec::new(), Vec::new());
+        for position in &positions {
+            let first_triangle = triangles.len() as u32;
+            index.triangles(*position, scene, &grid, &ids, &mut triangles);
+            let triangle_count = triangles.len() as u32 - first_triangle;
+            let seed = (position.x * 73 + position.y * 179 + position.z * 283) as u32;
+            bricks.push(BatchBrick { first_triangle, triangle_count, seed, unused: 0 });
+        }
+        let texture = &scene.textures[&7];
+        let materials: Vec<Material> = (0..scene.materials.len() as u64)
+            .map(|id| {
+                let m = &scene.materials[&id];
+                Material {
+                    base_color: m.base_color.to_array(),
+                    texture: if m.texture.is_some() { 0 } else { NO_TEXTURE },
+                    emission: m.emission.to_array(),
+                    texture_size: texture.width | texture.height << 16,
+                }
+            })
+            .collect();
+        let emission_max = materials.iter().flat_map(|m| m.emission).fold(1e-6, f32::max);
+        Self { positions, bricks, triangles, materials, texels: texture.texels.clone(), emission_max }
+    }
+
+    fn source(&self, brick: usize) -> Source<'_> {
+        let b = &self.bricks[brick];
+        let triangles = &self.triangles[b.first_triangle as usize..(b.first_triangle + b.triangle_count) as usize];
+        Source {
+            triangles: triangles.iter().map(Triangle::new).collect(),
+            materials: &self.materials,
+            texels: &self.texels,
+            emission_max: f64::from(self.emission_max),
+            seed: b.seed,
+        }
+    }
+
+    /// Each brick's words; none: empty.
+    fn on_gpu(&self, gpu: &mut Gpu, model: HitModel) -> Vec<(BrickResult, Vec<u32>)> {
+        let wide = BATCH_BRICKS as usize;
+        gpu.buffer("voxel_args", 16, Location::Device);
+        gpu.buffer("voxel_items", wide * 4000, Location::Device);
+        gpu.buffer("voxel_states", wide * 4000, Location::Device);
+        gpu.buffer("voxel_records", wide * 512 * RECORD_WORDS as usize * 4, Location::Device);
+        gpu.buffer("payload_used", 16, Location::Device);
+        gpu.buffer("payload", PAYLOAD_WORDS as usize * 4, Location::Readback);
+        gpu.buffer("brick_results", self.bricks.len() * size_of::<BrickResult>(), Location::Readback);
+        let mut frame = Frame::default();
+        frame.upload.push("materials", &self.materials);
+        frame.upload.push("texels", &self.texels);
+        frame.commands.push(Command::Clear("voxel_args"));
+        frame.commands.push(Command::Clear("payload_used"));
+        passes::bricks::voxelize(&mut frame, &self.bricks, &self.triangles, PAYLOAD_WORDS, self.emission_max, model);
+        gpu.run(&frame);
+        let payload: Vec<u32> = gpu.read("payload", PAYLOAD_WORDS as usize);
+        let results: Vec<BrickResult> = gpu.read("brick_results", self.bricks.len());
+        let words = |r: &BrickResult| {
+            assert_ne!(r.offset, NONE, "the payload is large enough");
+            payload[r.offset as usize..(r.offset + r.words) as usize].to_vec()
+        };
+        results.iter().map(|r| (*r, words(r))).collect()
+    }
+}
+
+/// Equal sides, coverage and lighting; planes, albedo and emission within a quantisation step.
+fn agree(a: Option<&Voxel>, b: Option<&Voxel>) -> bool {
+    let (Some(a), Some(b)) = (a, b) else { return a.is_none() && b.is_none() };
+    a.faces.iter().zip(&b.faces).all(|(a, b)| match (a, b) {
+        (Some(a), Some(b)) => faces_agree(a, b),
+        (a, b) => a.is_none() && b.is_none(),
+    })
+}
+
+fn faces_agree(a: &Face, b: &Face) -> bool {
+    let albedo = albedo_levels(a.albedo).into_iter().zip(albedo_levels(b.albedo)).all(|(a, b)| a.abs_diff(b) <= 1);
+    let (ea, eb) = (rgb9e5_decode(a.emission), rgb9e5_decode(b.emission));
+    let emission = (ea - eb).abs().max_element() <= ea.max(eb).max_element() / 256.0;
+    a.mask == b.mask && a.lit == b.lit && planes_agree(a.plane, b.plane) && albedo && emission
+}
+
+struct Tally {
+    voxels: usize,
+    lit: usize,
+    part_filled: usize,
+    off_by_a_step: usize,
+    borderline: usize,
+}
+
+fn compare(name: &str, gpu: &mut Gpu, bodies: &Bodies, model: HitModel) -> Tally {
+    let batch = Batch::new(&bodies.scene());
+    let mut tally = Tally { voxels: 0, lit: 0, part_filled: 0, off_by_a_step: 0, borderline: 0 };
+    for (index, (result, words)) in batch.on_gpu(gpu, model).into_iter().enumerate() {
+        let source = batch.source(index);
+        let expected = resolve::voxelize(&source, model, &Errors::none());
+        let found = if words.is_empty() { Brick::new() } else { decode(&words) };
+        if !found.is_empty() {
+            assert_packed(&found, &words, &result);
+        }
+        let cells: BTreeSet<[i32; 3]> = expected.keys().chain(found.keys()).map(IVec3::to_array).collect();
+        let different: Vec<IVec3> =
+            cells.iter().map(|c| IVec3::from(*c)).filter(|c| !agree(expected.get(c), found.get(c))).collect();
+        assert_borderline(&format!("{name}, brick {}", batch.positions[index]), &source, model, &expected, &found, &different);
+        tally.voxels += cells.len();
+        tally.borderline += different.len();
+        let faces = expected.values().flat_map(|v| v.faces).flatten();
+        faces.for_each(|f| {
+            tally.lit += usize::from(f.lit);
+            tally.part_filled += usize::from(f.mask != 0xffff);
+        });
+        tally.off_by_a_step +=
+            cells.iter().map(|c| IVec3::from(*c)).filter(|c| expected.get(c) != found.get(c)).count();
+    }
+    let Tally { voxels, lit, part_filled, off_by_a_step, borderline } = tally;
+    println!(
+        "{name}: {} bricks, {voxels} voxels, {lit} lit faces, {part_filled} part-filled; not the same bits: \
+         {off_by_a_step}, of which borderline: {borderline}",
+        batch.bricks.len()
+    );
+    tally
+}
+
+/// What the shader packed is what the encoder packs, word for word.
+fn assert_packed(brick: &Brick, words: &[u32], result: &BrickResult) {
+    let (packed, lights) = encode(brick);
+    assert_eq!(packed, words);
+    let planes = |v: &Voxel| {
+        let stored: Vec<&Face> = v.faces.iter().flatten().collect();
+        let part = stored.iter().any(|f| f.mask != 0xffff);
+        stored.len() + if part { stored.len().div_ceil(2) } else { 0 }
+    };
+    let planes: usize = brick.values().map(planes).sum();
+    assert_eq!(
+        (result.words as usize, result.faces as usize, result.voxels_planes as usize),
+        (words.len(), lights.len(), brick.len() | planes << 16)
+    );
+}
+
+/// The voxels that differ are those where the twin's own answer hangs on rounding.
+fn assert_borderline(
+    name: &str,
+    source: &Source,
+    model: HitModel,
+    expected: &Brick,
+    found: &Brick,
+    different: &[IVec3],
+) {
+    if different.is_empty() {
+        return;
+    }
+    let tries: Vec<Brick> = (0..TRIES).map(|k| resolve::voxelize(source, model, &Errors::seeded(k))).collect();
+    for cell in different {
+        let (a, b) = (expected.get(cell), found.get(cell));
+        let hangs = tries.iter().any(|t| !agree(t.get(cell), a));
+        assert!(hangs, "{name}, voxel {cell}:\ntwin {a:#x?}\nGPU {b:#x?}");
+    }
+}
+
+const PASSES: [&str; 3] = ["voxel_mark", "voxelize", "face_resolve"];
+
+#[test]
+fn solids_on_eighths_become_the_same_bricks() {
+    let mut gpu = Gpu::new(&PASSES);
+    let mut random = Random::new(21);
+    for (name, bodies) in [
+        ("boxes", solids::boxes(&mut random)),
+        ("ramps", solids::ramps(&mut random)),
+        ("sheets", solids::sheets(&mut random)),
+        ("crumbs", solids::crumbs(&mut random)),
+    ] {
+        for model in [HitModel::Plane, HitModel::Cube] {
+            let tally = compare(&format!("{name}, {model:?} hits"), &mut gpu, &bodies, model);
+            assert_eq!(tally.borderline, 0, "{name}: nothing here hangs on rounding");
+        }
+    }
+}
+
+#[test]
+fn triangle_soups_become_the_same_bricks() {
+    let mut gpu = Gpu::new(&PASSES);
+    let mut random = Random::new(22);
+    for name in ["soup 1", "soup 2"] {
+        let tally = compare(name, &mut gpu, &solids::soup(&mut random), HitModel::Plane);
+        assert!(tally.borderline * 200 < tally.voxels, "{name}: more than 0.5 % hang on rounding");
+    }
+}
