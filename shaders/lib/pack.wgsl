@@ -15,9 +15,15 @@ fn rgb9e5_encode(color: vec3<f32>, rounding: vec3<f32>) -> u32 {
     let c = clamp(color, vec3<f32>(0.0), vec3<f32>(65408.0));
     let largest = max(max(c.x, c.y), c.z);
     if !(largest > 1e-9) { return 0u; }
-    let exponent = clamp(i32(bitcast<u32>(largest) >> 23u) - 111, 0, 31);
+    var exponent = clamp(i32(bitcast<u32>(largest) >> 23u) - 111, 0, 31);
     let scale = bitcast<f32>(u32(151 - exponent) << 23u);
-    let m = min(vec3<u32>(c * scale + rounding), vec3<u32>(511u));
+    var m = vec3<u32>(c * scale + rounding);
+    // Rounding up from 511 carries into the exponent: cut off there, a running average could never cross a power of two.
+    if max(max(m.x, m.y), m.z) > 511u && exponent < 31 {
+        exponent += 1;
+        m = vec3<u32>(c * scale * 0.5 + rounding);
+    }
+    m = min(m, vec3<u32>(511u));
     return m.x | (m.y << 9u) | (m.z << 18u) | (u32(exponent) << 27u);
 }
 
