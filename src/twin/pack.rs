@@ -97,9 +97,14 @@ pub fn rgb9e5_encode(color: Vec3, rounding: Vec3) -> u32 {
     if largest.is_nan() || largest <= 1e-9 {
         return 0;
     }
-    let exponent = ((largest.to_bits() >> 23) as i32 - 111).clamp(0, 31);
+    let mut exponent = ((largest.to_bits() >> 23) as i32 - 111).clamp(0, 31);
     let scale = 2f32.powi(24 - exponent);
-    let m = (c * scale + rounding).as_uvec3().min(glam::UVec3::splat(511));
+    let mut m = (c * scale + rounding).as_uvec3();
+    if m.max_element() > 511 && exponent < 31 {
+        exponent += 1;
+        m = (c * scale * 0.5 + rounding).as_uvec3();
+    }
+    let m = m.min(glam::UVec3::splat(511));
     m.x | m.y << 9 | m.z << 18 | (exponent as u32) << 27
 }
 
