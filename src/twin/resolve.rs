@@ -12,9 +12,9 @@ use std::collections::HashMap;
 pub fn voxelize(source: &Source, model: HitModel, errors: &Errors) -> Brick {
     let cells = (-1..9).flat_map(|z| (-1..9).flat_map(move |y| (-1..9).map(move |x| IVec3::new(x, y, z))));
     let cuts: HashMap<IVec3, Cut> = cells.map(|cell| (cell, cut(source, cell, errors))).collect();
-    let inner = cuts.iter().filter(|(cell, cut)| {
-        cell.cmpge(IVec3::ZERO).all() && cell.cmplt(IVec3::splat(8)).all() && is_occupied(cut)
-    });
+    let inner = cuts
+        .iter()
+        .filter(|(cell, cut)| cell.cmpge(IVec3::ZERO).all() && cell.cmplt(IVec3::splat(8)).all() && is_occupied(cut));
     inner.map(|(cell, cut)| (*cell, voxel(&cuts, *cell, cut, model))).collect()
 }
 

@@ -59,9 +59,7 @@ pub fn trace(world: &World, model: HitModel, ray: &Ray) -> Option<Hit> {
     let mut front = BVec3::FALSE;
     while step.cell.cmpge(IVec3::ZERO).all() && step.cell.cmplt(size).all() && step.t_in <= t_end {
         let forward = |axis: usize| i32::from(ray.direction[axis] > 0.0);
-        let exit = |axis: usize| {
-            (f64::from(step.cell[axis] + forward(axis)) - ray.origin[axis]) / ray.direction[axis]
-        };
+        let exit = |axis: usize| (f64::from(step.cell[axis] + forward(axis)) - ray.origin[axis]) / ray.direction[axis];
         let exit_axis = (0..3).min_by(|a, b| exit(*a).total_cmp(&exit(*b))).unwrap_or(0);
         step.t_out = exit(exit_axis);
         let hit = match (world.voxel(step.cell), model) {

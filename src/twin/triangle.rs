@@ -67,8 +67,7 @@ impl Triangle {
     /// Where it crosses a column.
     pub fn height(&self, axis: usize, column: DVec2, errors: &Errors) -> f64 {
         let n = self.normal;
-        let height =
-            (n.dot(self.corners[0]) - n[axis_u(axis)] * column.x - n[axis_v(axis)] * column.y) / n[axis];
+        let height = (n.dot(self.corners[0]) - n[axis_u(axis)] * column.x - n[axis_v(axis)] * column.y) / n[axis];
         let reach = 1.0 + self.corners[0].abs().max_element();
         errors.on(height, (self.error() + self.normal_error * reach) / n[axis].abs())
     }

@@ -147,9 +147,9 @@ fn is_hidden(sides: &[Option<Side>; 6], side: usize, p: DVec3, errors: &Errors) 
         let Some(other) = &sides[k] else { return false };
         let axis = k >> 1;
         let behind = errors.on(other.plane.height(p), ERROR) < 0.016 && covers(other, axis, p, errors);
-        let before_back = sides[k ^ 1].as_ref().is_some_and(|back| {
-            covers(back, axis, p, errors) && errors.on(back.plane.height(p), ERROR) > 0.0
-        });
+        let before_back = sides[k ^ 1]
+            .as_ref()
+            .is_some_and(|back| covers(back, axis, p, errors) && errors.on(back.plane.height(p), ERROR) > 0.0);
         behind && !before_back
     })
 }

@@ -5,13 +5,13 @@ use std::ffi::{CStr, c_void};
 use std::sync::Mutex;
 
 /// Instance, device and a command buffer, and what the validation layer said. Destroyed in order when dropped.
+#[allow(dead_code, reason = "each test uses a part")]
 pub struct Host {
     pub entry: ash::Entry,
     pub instance: ash::Instance,
     pub physical_device: vk::PhysicalDevice,
     pub device: ash::Device,
     /// Of the device's one queue.
-    #[allow(dead_code, reason = "not every test submits")]
     pub family: u32,
     pub commands: vk::CommandBuffer,
     pool: vk::CommandPool,

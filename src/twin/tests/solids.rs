@@ -6,11 +6,17 @@ use glam::{DVec3, Vec3};
 
 pub const MATERIALS: u32 = 5;
 
+/// A mesh of loose triangles.
+struct Body {
+    positions: Vec<[f32; 3]>,
+    uvs: Vec<[f32; 2]>,
+    indices: Vec<u32>,
+    material: u64,
+}
+
 /// Bodies and sheets: each becomes a mesh of its own.
 #[derive(Default)]
-pub struct Bodies {
-    meshes: Vec<(Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<u32>, u64)>,
-}
+pub struct Bodies(Vec<Body>);
 
 impl Bodies {
     /// Triangles given by corners, counter-clockwise seen from outside.
@@ -19,7 +25,7 @@ impl Bodies {
         // A little off, so that no column meets the border of a texel.
         let uvs = positions.iter().map(|p| [p[0] * 0.25 + p[2] * 0.125 + 0.013, p[1] * 0.25 + 0.013]).collect();
         let indices = (0..positions.len() as u32).collect();
-        self.meshes.push((positions, uvs, indices, u64::from(material)));
+        self.0.push(Body { positions, uvs, indices, material: u64::from(material) });
     }
 
     /// A closed convex body over a hexahedron's corners (bit 0: x, 1: y, 2: z).
@@ -72,17 +78,17 @@ impl Bodies {
             material(3, [0.9, 0.7, 1.0], [0.0; 3], true),
             material(4, [1.0; 3], [0.0, 0.25, 0.0], false),
         ];
-        let meshes: Vec<MeshDesc> = (self.meshes.iter().zip(0..))
-            .map(|((positions, uvs, indices, _), id)| MeshDesc { id, positions, uvs, indices })
-            .collect();
-        let instances: Vec<InstanceDesc> = (self.meshes.iter().zip(0..))
-            .map(|((.., material), id)| InstanceDesc {
-                id,
-                mesh: id,
-                material: *material,
-                linear: [Vec3::X, Vec3::Y, Vec3::Z].map(|v| v.to_array()),
-                translation: [0.0; 3],
-            })
+        let instance = |(id, body): (u64, &Body)| InstanceDesc {
+            id,
+            mesh: id,
+            material: body.material,
+            linear: [Vec3::X, Vec3::Y, Vec3::Z].map(|v| v.to_array()),
+            translation: [0.0; 3],
+        };
+        let instances: Vec<InstanceDesc> = (0..).zip(&self.0).map(instance).collect();
+        let meshes: Vec<MeshDesc> = (0..)
+            .zip(&self.0)
+            .map(|(id, b)| MeshDesc { id, positions: &b.positions, uvs: &b.uvs, indices: &b.indices })
             .collect();
         let update = MeshUpdate {
             textures: &[texture],

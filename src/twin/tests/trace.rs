@@ -91,7 +91,9 @@ fn agrees(gpu: &mut Gpu, name: &str, world: &World, model: HitModel, seed: u64) 
         assert!(error <= most, "{name}: {ray:?}: {gpu:?}, not {hit:?} (off by {error:e}, not {most:e})");
     }
     let share = borderline as f64 / RAYS as f64;
-    println!("{name}: {RAYS} rays, {hits} hit, {closed} by another face's light, {black} black, {borderline} borderline");
+    println!(
+        "{name}: {RAYS} rays, {hits} hit, {closed} by another face's light, {black} black, {borderline} borderline"
+    );
     assert!(share < BORDERLINE_MAX, "{name}: {:.2} % of the rays are borderline", share * 100.0);
 }
 

@@ -143,7 +143,14 @@ fn compare(name: &str, gpu: &mut Gpu, bodies: &Bodies, model: HitModel) -> Tally
         let cells: BTreeSet<[i32; 3]> = expected.keys().chain(found.keys()).map(IVec3::to_array).collect();
         let different: Vec<IVec3> =
             cells.iter().map(|c| IVec3::from(*c)).filter(|c| !agree(expected.get(c), found.get(c))).collect();
-        assert_borderline(&format!("{name}, brick {}", batch.positions[index]), &source, model, &expected, &found, &different);
+        assert_borderline(
+            &format!("{name}, brick {}", batch.positions[index]),
+            &source,
+            model,
+            &expected,
+            &found,
+            &different,
+        );
         tally.voxels += cells.len();
         tally.borderline += different.len();
         let faces = expected.values().flat_map(|v| v.faces).flatten();
