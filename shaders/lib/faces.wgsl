@@ -39,21 +39,23 @@ fn point_in_solid(face: Face, p: vec3<f32>) -> bool {
     return other.found && inside_solid(other, p - vec3<f32>(cell), NONE);
 }
 
-// A point a little above the face's surface, inside its coverage and outside the solid; grid space.
-fn face_point(face: Face, u: vec2<f32>, seed: u32) -> vec3<f32> {
+// A point a little above the face's surface, inside its coverage and outside the solid; grid space. w = 0: none was found
+// (what the face covers is hidden in the solid, or nearly so).
+fn face_point(face: Face, u: vec2<f32>, seed: u32) -> vec4<f32> {
     let axis = face.side >> 1u;
     let corner = vec3<f32>(face.cell);
-    if frame.hit_model == 1u { return corner + cube_point(face, u); }
+    if frame.hit_model == 1u { return vec4<f32>(corner + cube_point(face, u), 1.0); }
     let mask = voxel_mask(face.voxel, face.side);
     var place = u;
-    var p = vec3<f32>(0.5);
-    for (var attempt = 0u; attempt < 8u; attempt++) {
-        p = plane_point(face, covered_place(mask, place));
-        if p[axis] > -0.01 && p[axis] < 1.01 && !point_in_solid(face, corner + p + face.plane.normal * 0.02) { break; }
+    for (var attempt = 0u; attempt < 12u; attempt++) {
+        var p = plane_point(face, covered_place(mask, place));
+        if p[axis] > -0.01 && p[axis] < 1.01 && !point_in_solid(face, corner + p + face.plane.normal * 0.02) {
+            p[axis] = clamp(p[axis], 0.0, 1.0);
+            return vec4<f32>(corner + p + face.plane.normal * 0.002, 1.0);
+        }
         place = r2(seed, attempt);
     }
-    p[axis] = clamp(p[axis], 0.0, 1.0);
-    return corner + p + face.plane.normal * 0.002;
+    return vec4<f32>(0.0);
 }
 
 // Maps the unit square to the set cells of a coverage mask, evenly.
@@ -91,7 +93,9 @@ fn face_normal(face: Face) -> vec3<f32> {
     return face.plane.normal;
 }
 
-// Irradiance on its way between the lighting passes.
+// Irradiance on its way between the lighting passes; INVALID in the second word: no point of the face could be lit.
+const INVALID: u32 = 0xffffffffu;
+
 fn pack_irradiance(e: vec3<f32>) -> vec2<u32> {
     let c = min(e, vec3<f32>(65000.0));
     return vec2<u32>(pack2x16float(c.xy), pack2x16float(vec2<f32>(c.z, 0.0)));
