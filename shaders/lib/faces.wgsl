@@ -30,30 +30,75 @@ fn load_face(item: u32) -> Face {
     return Face(voxel, vec3<i32>(cell), side, voxel_plane(voxel, side), brick.alpha, pcg(seed));
 }
 
-// Whether a point (grid space) is in the solid of its voxel or, when it has left `cell`, of the one it is in.
-fn point_in_solid(face: Face, p: vec3<f32>) -> bool {
-    if inside_solid(face.voxel, p - vec3<f32>(face.cell), face.side) { return true; }
-    let cell = vec3<i32>(floor(p));
-    if all(cell == face.cell) { return false; }
-    let other = find_voxel(cell);
-    return other.found && inside_solid(other, p - vec3<f32>(cell), NONE);
+// The side of the face's voxel that p (in the voxel) lies behind: in its solid, or beyond a sheet that the middle of the
+// face's coverage is in front of. Of several, the one that the middle is nearest to the front of. NONE: p is in the open.
+fn hiding_side(face: Face, p: vec3<f32>, middle: vec3<f32>) -> u32 {
+    var hider = NONE;
+    var foremost = -1e9;
+    for (var side = 0u; side < 6u; side++) {
+        if (side >> 1u) == (face.side >> 1u) || !has_side(face.voxel, side) { continue; }
+        let plane = voxel_plane(face.voxel, side);
+        if dot(plane.normal, p) > plane.offset + 0.002 { continue; }
+        // Half a coverage cell off the surface: its own cell may be the first that the other side leaves open.
+        if !covers(face.voxel, side, p) && !covers(face.voxel, side, p + 0.12 * face.plane.normal) { continue; }
+        let before = dot(plane.normal, middle) - plane.offset;
+        if before > foremost && (before > 0.02 || !before_opposite(face.voxel, side, p)) {
+            hider = side;
+            foremost = before;
+        }
+    }
+    return hider;
 }
 
-// A point a little above the face's surface, inside its coverage and outside the solid; grid space.
-fn face_point(face: Face, u: vec2<f32>, seed: u32) -> vec3<f32> {
+// Mirrors a point of the face's plane at another side's plane, along the face: a coverage cell is at least half visible,
+// so what is hidden of it has its mirror image in the open.
+fn mirrored(face: Face, side: u32, p: vec3<f32>) -> vec3<f32> {
+    let plane = voxel_plane(face.voxel, side);
+    let along = plane.normal - face.plane.normal * dot(plane.normal, face.plane.normal);
+    let slope = dot(plane.normal, along);
+    if slope < 0.05 { return p; }
+    return p + along * ((0.01 - 2.0 * (dot(plane.normal, p) - plane.offset)) / slope);
+}
+
+// A point a little above the face's surface, inside its coverage and outside the solid; grid space. w = 0: none was found
+// (what the face covers is hidden in the solid, or nearly so).
+fn face_point(face: Face, u: vec2<f32>, seed: u32) -> vec4<f32> {
     let axis = face.side >> 1u;
     let corner = vec3<f32>(face.cell);
-    if frame.hit_model == 1u { return corner + cube_point(face, u); }
+    if frame.hit_model == 1u { return vec4<f32>(corner + cube_point(face, u), 1.0); }
     let mask = voxel_mask(face.voxel, face.side);
+    let middle = plane_point(face, mask_middle(mask));
+    let lift = face.plane.normal * 0.02;
     var place = u;
-    var p = vec3<f32>(0.5);
-    for (var attempt = 0u; attempt < 8u; attempt++) {
-        p = plane_point(face, covered_place(mask, place));
-        if p[axis] > -0.01 && p[axis] < 1.01 && !point_in_solid(face, corner + p + face.plane.normal * 0.02) { break; }
+    for (var attempt = 0u; attempt < 6u; attempt++) {
+        var p = plane_point(face, covered_place(mask, place));
         place = r2(seed, attempt);
+        var hider = hiding_side(face, p + lift, middle);
+        if hider != NONE {
+            p = mirrored(face, hider, p);
+            hider = hiding_side(face, p + lift, middle);
+        }
+        if hider != NONE || any(p < vec3<f32>(-0.05)) || any(p > vec3<f32>(1.05)) { continue; }
+        let lifted = corner + p + lift;
+        let cell = vec3<i32>(floor(lifted));
+        if any(cell != face.cell) {
+            let other = find_voxel(cell);
+            if other.found && inside_solid(other, lifted - vec3<f32>(cell), NONE) { continue; }
+        }
+        return vec4<f32>(corner + clamp(p, vec3<f32>(0.0), vec3<f32>(1.0)) + face.plane.normal * 0.002, 1.0);
     }
-    p[axis] = clamp(p[axis], 0.0, 1.0);
-    return corner + p + face.plane.normal * 0.002;
+    return vec4<f32>(0.0);
+}
+
+// Mean place of a mask's set cells.
+fn mask_middle(mask: u32) -> vec2<f32> {
+    var sum = vec2<f32>(0.0);
+    for (var k = 0u; k < 4u; k++) {
+        let columns = f32(countOneBits(mask & (0x1111u << k)));
+        let rows = f32(countOneBits(mask & (0xfu << (4u * k))));
+        sum += vec2<f32>(columns, rows) * (f32(k) + 0.5);
+    }
+    return sum * 0.25 / f32(max(countOneBits(mask), 1u));
 }
 
 // Maps the unit square to the set cells of a coverage mask, evenly.
@@ -91,7 +136,9 @@ fn face_normal(face: Face) -> vec3<f32> {
     return face.plane.normal;
 }
 
-// Irradiance on its way between the lighting passes.
+// Irradiance on its way between the lighting passes; INVALID in the second word: no point of the face could be lit.
+const INVALID: u32 = 0xffffffffu;
+
 fn pack_irradiance(e: vec3<f32>) -> vec2<u32> {
     let c = min(e, vec3<f32>(65000.0));
     return vec2<u32>(pack2x16float(c.xy), pack2x16float(vec2<f32>(c.z, 0.0)));

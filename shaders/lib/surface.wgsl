@@ -6,14 +6,17 @@ fn inside_solid(v: Voxel, p: vec3<f32>, skip: u32) -> bool {
         if side == skip || !has_side(v, side) { continue; }
         let plane = voxel_plane(v, side);
         if dot(plane.normal, p) - plane.offset >= -0.01 || !covers(v, side, p) { continue; }
-        let other = side ^ 1u;
-        if has_side(v, other) {
-            let back = voxel_plane(v, other);
-            if dot(back.normal, p) > back.offset && covers(v, other, p) { continue; }
-        }
-        return true;
+        if !before_opposite(v, side, p) { return true; }
     }
     return false;
+}
+
+// Whether p is in front of the covered opposite of a side: beyond a thin wall or sheet, not in a solid.
+fn before_opposite(v: Voxel, side: u32, p: vec3<f32>) -> bool {
+    let other = side ^ 1u;
+    if !has_side(v, other) { return false; }
+    let back = voxel_plane(v, other);
+    return dot(back.normal, p) > back.offset && covers(v, other, p);
 }
 
 // Whether a wall of `v` (not of axis `axis`) stands between a and b, both in grid space.

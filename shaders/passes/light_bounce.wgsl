@@ -15,15 +15,20 @@ var<immediate> push: LightPush;
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= push.face_count { return; }
+    let words = face_irradiance[id.x];
+    if words.y == INVALID { return; }
     let face = load_face(vis_faces[push.first_face + id.x]);
     let normal = face_normal(face);
     var e = vec3<f32>(0.0);
-    let p = face_point(face, r2(face.seed ^ 0x2545f491u, push.update), pcg(face.seed - push.update));
+    let start = face_point(face, r2(face.seed ^ 0x2545f491u, push.update), pcg(face.seed - push.update));
+    if start.w == 0.0 {
+        face_irradiance[id.x] = vec2<u32>(INVALID);
+        return;
+    }
     for (var r = 0u; r < frame.bounce_rays; r++) {
         let index = push.update * frame.bounce_rays + r;
         let direction = cosine_direction(normal, r2(face.seed, index));
-        e += hit_radiance(trace(p, direction, normal, 1e6));
+        e += hit_radiance(trace(start.xyz, direction, normal, 1e6));
     }
-    let direct = unpack_irradiance(face_irradiance[id.x]);
-    face_irradiance[id.x] = pack_irradiance(direct + e * (3.14159265 / f32(frame.bounce_rays)));
+    face_irradiance[id.x] = pack_irradiance(unpack_irradiance(words) + e * (3.14159265 / f32(frame.bounce_rays)));
 }

@@ -18,12 +18,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let face = load_face(vis_faces[push.first_face + id.x]);
     let normal = face_normal(face);
     var e = vec3<f32>(0.0);
+    var samples = 0u;
     for (var s = 0u; s < frame.direct_samples && frame.light_count > 0u; s++) {
         let index = push.update * frame.direct_samples + s;
         let p = face_point(face, r2(face.seed ^ 0x68bc21ebu, index), pcg(face.seed + index));
-        for (var k = 0u; k < frame.light_count; k++) { e += light_at(lights[k], p, normal); }
+        if p.w == 0.0 { continue; }
+        samples++;
+        for (var k = 0u; k < frame.light_count; k++) { e += light_at(lights[k], p.xyz, normal); }
     }
-    face_irradiance[id.x] = pack_irradiance(e / f32(frame.direct_samples));
+    face_irradiance[id.x] = pack_irradiance(e / f32(max(samples, 1u)));
+    if samples == 0u && frame.light_count > 0u { face_irradiance[id.x] = vec2<u32>(INVALID); }
 }
 
 // Irradiance of one light at p (grid space).

@@ -21,6 +21,8 @@ var<immediate> push: LightPush;
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= push.face_count { return; }
+    let words = face_irradiance[id.x];
+    if words.y == 0xffffffffu { return; }
     let item = vis_faces[push.first_face + id.x];
     let brick = light_bricks[item >> 12u];
     // The list is in the order of the light words: the block follows from the voxel, the rank from the place.
@@ -46,7 +48,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         albedo_run += count;
     }
     let albedo = albedo_decode((world_bricks[albedo_run + (rank >> 1u)] >> ((rank & 1u) * 16u)) & 0xffffu);
-    let words = face_irradiance[id.x];
     let e = vec3<f32>(unpack2x16float(words.x), unpack2x16float(words.y).x);
     let radiance = mix(rgb9e5_decode(world_bricks[address]), albedo * e * 0.318309886 + emission, brick.alpha);
     let seed = pcg(item ^ pcg(brick.position ^ (push.update * 0x9e3779b9u)));
