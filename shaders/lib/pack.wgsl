@@ -18,7 +18,7 @@ fn rgb9e5_encode(color: vec3<f32>, rounding: vec3<f32>) -> u32 {
     var exponent = clamp(i32(bitcast<u32>(largest) >> 23u) - 111, 0, 31);
     let scale = bitcast<f32>(u32(151 - exponent) << 23u);
     var m = vec3<u32>(c * scale + rounding);
-    // Rounding up from 511 carries into the exponent: cut off there, a running average could never cross a power of two.
+    // Rounding up from 511 carries into the exponent: without it a quiet running average cannot cross a power of two.
     if max(max(m.x, m.y), m.z) > 511u && exponent < 31 {
         exponent += 1;
         m = vec3<u32>(c * scale * 0.5 + rounding);

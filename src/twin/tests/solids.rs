@@ -175,7 +175,7 @@ pub fn sheets(random: &mut Random) -> Bodies {
     all
 }
 
-/// Small closed bodies, more than a voxel's list holds at once.
+/// Small closed bodies, many to a voxel.
 pub fn crumbs(random: &mut Random) -> Bodies {
     let mut all = Bodies::default();
     for index in 0..500 {
@@ -204,6 +204,18 @@ pub fn soup(random: &mut Random) -> Bodies {
         } else {
             all.tetrahedron(corners, material(random));
         }
+    }
+    all
+}
+
+/// A block and a thousand triangles in one voxel: more than its list holds at once. (Mesa's lavapipe ends all loops of
+/// an invocation after 65 535 rounds together: from some 1 500 triangles on it loses the voxel.)
+pub fn crowd(random: &mut Random) -> Bodies {
+    let mut all = Bodies::default();
+    all.cuboid(DVec3::new(2.0, 2.0, 2.0), DVec3::new(3.0, 2.5, 3.0), 0);
+    for _ in 0..250 {
+        let at = DVec3::new(2.25, 2.4, 2.25);
+        all.tetrahedron(std::array::from_fn(|_| at + random.point() * 0.25), material(random));
     }
     all
 }

@@ -226,6 +226,13 @@ fn solids_on_eighths_become_the_same_bricks() {
 }
 
 #[test]
+fn a_crowded_voxel_is_cut_in_rounds() {
+    let mut gpu = Gpu::new(&PASSES);
+    let tally = compare("crowd", &mut gpu, &solids::crowd(&mut Random::new(23)), HitModel::Plane);
+    assert_eq!((tally.voxels, tally.borderline), (1, 0));
+}
+
+#[test]
 fn triangle_soups_become_the_same_bricks() {
     let mut gpu = Gpu::new(&PASSES);
     let mut random = Random::new(22);
