@@ -266,5 +266,5 @@ impl BrickTable {
 /// Weight of a brick's next lighting update: whole at first, so that light travels a bounce an update, then an average
 /// over ever more updates.
 fn alpha(updates: u32) -> f32 {
-    1.0 / (1.0 + (updates.min(512).saturating_sub(12) as f32) / 12.0)
+    1.0 / (1.0 + (updates.min(768).saturating_sub(24) as f32) / 24.0)
 }
