@@ -10,8 +10,7 @@ use glam::{DMat3, DMat4, DVec3, Mat3, Mat4, UVec2};
 use std::collections::HashMap;
 
 /// Buffers whose contents live from frame to frame, or that only this view needs.
-pub const VIEW_BUFFERS: [&str; 7] =
-    ["probes", "probe_rays", "probe_irradiance", "history_a", "history_distance_a", "history_b", "history_distance_b"];
+pub const VIEW_BUFFERS: [&str; 5] = ["probes", "probe_rays", "probe_irradiance", "history_a", "history_b"];
 
 /// A camera's state.
 pub struct View {
@@ -28,7 +27,7 @@ impl View {
     pub fn new(device: &Device, size: UVec2, tile: u32) -> Result<Self> {
         let tiles = size.map(|s| s.div_ceil(tile));
         let (pixels, probes) = (u64::from(size.x) * u64::from(size.y), u64::from(tiles.x) * u64::from(tiles.y));
-        let sizes = [probes * 32, probes * 1024, probes * 144, pixels * 8, pixels * 4, pixels * 8, pixels * 4];
+        let sizes = [probes * 32, probes * 512, probes * 144, pixels * 12, pixels * 12];
         let mut view = Self { size, buffers: Vec::new(), camera: None, previous: None, flipped: false };
         for bytes in sizes {
             match Buffer::new(device, bytes, Location::Device) {
@@ -97,16 +96,9 @@ impl View {
         for (name, buffer) in VIEW_BUFFERS.iter().zip(&self.buffers) {
             bound.insert(name, Bound::Buffer(buffer.raw, 0, buffer.size));
         }
-        // Written this frame: a when flipped, b otherwise.
-        let (new, old) = if self.flipped { ("a", "b") } else { ("b", "a") };
-        let pick = |which: &str, base: usize| {
-            let buffer = &self.buffers[base + if which == "a" { 0 } else { 2 }];
-            Bound::Buffer(buffer.raw, 0, buffer.size)
-        };
-        bound.insert("history_out", pick(new, 3));
-        bound.insert("history_distance_out", pick(new, 4));
-        bound.insert("history_in", pick(old, 3));
-        bound.insert("history_distance_in", pick(old, 4));
+        let history = [3, 4].map(|k| Bound::Buffer(self.buffers[k].raw, 0, self.buffers[k].size));
+        bound.insert("history_out", history[usize::from(self.flipped)]);
+        bound.insert("history_in", history[usize::from(!self.flipped)]);
         let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
         bound.insert("depth_image", Bound::Image(inputs.depth, read));
         bound.insert("normal_image", Bound::Image(inputs.normal, read));

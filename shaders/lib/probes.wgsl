@@ -1,6 +1,7 @@
 // Screen probes: one a tile, on a pixel's surface, with an 8 x 8 hemi-octahedral map of radiance about its normal.
 
 #import shared/view.wgsl
+#import lib/random.wgsl
 
 @res var<uniform> view: View;
 @res var depth_image: texture_2d<f32>;
@@ -35,6 +36,12 @@ fn hemi_octahedral(square: vec2<f32>) -> vec4<f32> {
     let length2 = dot(v, v);
     // The octahedron's faces are 1/sqrt(3) from the centre; d(x, y) = 2 d(square).
     return vec4<f32>(v * inverseSqrt(length2), 2.0 / (length2 * sqrt(length2)));
+}
+
+// Direction of a probe's ray about its normal, and the solid angle of its cell times 64: jittered in its cell.
+fn probe_direction(probe: u32, ray: u32, frame_index: u32) -> vec4<f32> {
+    let jitter = r2(pcg(probe * 64u + ray), frame_index);
+    return hemi_octahedral((vec2<f32>(vec2<u32>(ray & 7u, ray >> 3u)) + jitter) / 8.0);
 }
 
 // Direction about +z (z >= 0) to the unit square.

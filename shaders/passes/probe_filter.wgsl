@@ -1,10 +1,20 @@
 // Irradiance of each probe for nine normals about its own: a 3 x 3 hemi-octahedral map whose middle is the probe's own
-// normal, exact for flat surfaces, positive everywhere, as large as nine spherical-harmonics coefficients.
+// normal, exact for flat surfaces, positive everywhere, as large as nine spherical-harmonics coefficients. What is very
+// near the probe is left out and the rest made up to a whole hemisphere: it stands for the pixels around, which look for
+// themselves at what is near them (`resolve`).
 
 #import lib/probes.wgsl
+#import lib/pack.wgsl
+
+struct ProbeFilterPush {
+    frame_index: u32,
+    // Voxels.
+    near: f32,
+}
+var<immediate> push: ProbeFilterPush;
 
 @res var<storage, read> probes: array<vec4<f32>>;
-@res var<storage, read> probe_rays: array<vec4<f32>>;
+@res var<storage, read> probe_rays: array<vec2<u32>>;
 @res var<storage, read_write> probe_irradiance: array<vec4<f32>>;
 
 @compute @workgroup_size(64)
@@ -14,11 +24,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let texel = id.x - index * 9u;
     let normal = hemi_octahedral(vec2<f32>(vec2<u32>(texel % 3u, texel / 3u)) * 0.25 + 0.25).xyz;
     var e = vec3<f32>(0.0);
+    var far = vec4<f32>(0.0);
+    var whole = 0.0;
     for (var k = 0u; k < 64u; k++) {
         let ray = probe_rays[index * 64u + k];
-        let xy = unpack2x16snorm(bitcast<u32>(ray.w));
-        let direction = vec3<f32>(xy, sqrt(max(1.0 - dot(xy, xy), 0.0)));
-        e += ray.xyz * max(dot(normal, direction), 0.0);
+        let direction = probe_direction(index, k, push.frame_index);
+        let weight = max(dot(normal, direction.xyz), 0.0) * direction.w / 64.0;
+        let radiance = rgb9e5_decode(ray.x) * weight;
+        e += radiance;
+        whole += weight;
+        if bitcast<f32>(ray.y) > push.near { far += vec4<f32>(radiance, weight); }
     }
+    if far.w > 0.1 * whole { e = far.xyz * (whole / far.w); }
     probe_irradiance[id.x] = vec4<f32>(e, 0.0);
 }

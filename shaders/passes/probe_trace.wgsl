@@ -10,8 +10,8 @@ struct ViewPush {
 var<immediate> push: ViewPush;
 
 @res var<storage, read> probes: array<vec4<f32>>;
-// Radiance x solid angle, and the direction, of each ray: what `probe_filter` needs.
-@res var<storage, read_write> probe_rays: array<vec4<f32>>;
+// Radiance of each ray (RGB9E5) and hit distance in voxels.
+@res var<storage, read_write> probe_rays: array<vec2<u32>>;
 // Word 0: rays traced.
 @res var<storage, read_write> counters: array<atomic<u32>, 4>;
 
@@ -21,12 +21,16 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let place = probes[index * 2u];
     if place.w == 0.0 { return; }
     let normal = probes[index * 2u + 1u].xyz;
-    let jitter = r2(pcg(index * 64u + thread), push.frame_index);
-    let square = (vec2<f32>(vec2<u32>(thread & 7u, thread >> 3u)) + jitter) / 8.0;
-    let local = hemi_octahedral(square);
+    let local = probe_direction(index, thread, push.frame_index);
     let origin = view.camera + place.xyz / frame.voxel_size + normal * 0.001;
-    let radiance = hit_radiance(trace(origin, basis(normal) * local.xyz, normal, 1e6));
-    let packed = vec3<f32>(radiance * (local.w / 64.0));
-    probe_rays[index * 64u + thread] = vec4<f32>(packed, bitcast<f32>(pack2x16snorm(local.xy)));
+    let hit = trace(origin, basis(normal) * local.xyz, normal, 1e6);
+    // A hit's radiance goes on as it is stored.
+    var radiance = 0u;
+    if hit.kind == MISS {
+        radiance = rgb9e5_encode(frame.sky, vec3<f32>(0.5));
+    } else if hit.light != NONE {
+        radiance = world_bricks[hit.light];
+    }
+    probe_rays[index * 64u + thread] = vec2<u32>(radiance, bitcast<u32>(hit.t));
     if thread == 0u { atomicAdd(&counters[0], 64u); }
 }

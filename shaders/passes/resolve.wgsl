@@ -1,5 +1,5 @@
 // Irradiance of each pixel: four probes around it weighted by plane distance and normal; where none stands for it, its
-// own rays into the world cache; then the average over time with rejection where the surface was not seen before.
+// own rays into the world cache. What is near a pixel it sees by a short ray of its own. Then the average over time with rejection where the surface was not seen before.
 
 #import lib/hdda.wgsl
 #import lib/random.wgsl
@@ -12,12 +12,14 @@ var<immediate> push: ViewPush;
 
 @res var<storage, read> probes: array<vec4<f32>>;
 @res var<storage, read> probe_irradiance: array<vec4<f32>>;
-// Two words a pixel: irradiance rgb and frames averaged as halves; and the distance to the camera.
-@res var<storage, read> history_in: array<vec2<u32>>;
-@res var<storage, read> history_distance_in: array<f32>;
-@res var<storage, read_write> history_out: array<vec2<u32>>;
-@res var<storage, read_write> history_distance_out: array<f32>;
+// Three words a pixel: irradiance rgb and frames averaged as halves; distance to the camera.
+@res var<storage, read> history_in: array<u32>;
+@res var<storage, read_write> history_out: array<u32>;
 @res var output_image: texture_storage_2d<rgba16float, write>;
+
+// Nearer than this (voxels) a pixel looks for itself: probes stand too far apart for contacts.
+const NEAR: f32 = 2.0;
+const PI: f32 = 3.14159265;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -26,22 +28,36 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = pixel.y * view.stride + pixel.x;
     let surface = load_surface(pixel);
     if !surface.valid {
-        history_out[at] = vec2<u32>(0u);
-        history_distance_out[at] = 0.0;
+        store_history(at, vec4<f32>(0.0), 0.0);
         textureStore(output_image, pixel, vec4<f32>(0.0));
         return;
     }
-    let sum = gather_probes(pixel, surface);
-    var e = sum.xyz / max(sum.w, 1e-6);
-    if sum.w < 1e-3 { e = gather_rays(at, surface); }
+    let e = gather(pixel, at, surface);
     let past = load_history(surface);
     let frames = min(past.w + 1.0, f32(view.history_max));
     // Weights grow with time: light that is still settling leaves the average soon.
-    e = mix(past.xyz, e, 2.0 / (frames + 1.0));
-    e = clamp(e, vec3<f32>(0.0), vec3<f32>(65000.0));
-    history_out[at] = vec2<u32>(pack2x16float(e.xy), pack2x16float(vec2<f32>(e.z, frames)));
-    history_distance_out[at] = length(surface.position);
-    textureStore(output_image, pixel, vec4<f32>(e, 1.0));
+    let average = clamp(mix(past.xyz, e, 2.0 / (frames + 1.0)), vec3<f32>(0.0), vec3<f32>(65000.0));
+    store_history(at, vec4<f32>(average, frames), length(surface.position));
+    textureStore(output_image, pixel, vec4<f32>(average, 1.0));
+}
+
+fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec3<f32> {
+    let origin = view.camera + surface.position / frame.voxel_size + surface.normal * 0.001;
+    let seed = pcg(at);
+    let far = gather_probes(pixel, surface);
+    if far.w > 1e-3 {
+        let direction = cosine_direction(surface.normal, r2(seed, push.frame_index));
+        let near = trace(origin, direction, surface.normal, NEAR);
+        if near.kind == MISS { return far.xyz / far.w; }
+        return PI * hit_radiance(near);
+    }
+    // No probe stands for the pixel: rays of its own into the world cache.
+    var e = vec3<f32>(0.0);
+    for (var r = 0u; r < 4u; r++) {
+        let direction = cosine_direction(surface.normal, r2(seed, push.frame_index * 4u + r));
+        e += hit_radiance(trace(origin, direction, surface.normal, 1e6));
+    }
+    return e * (PI / 4.0);
 }
 
 // Weighted irradiance and weight of the four probes around a pixel.
@@ -82,15 +98,10 @@ fn probe_normal_irradiance(index: u32, probe_normal: vec3<f32>, normal: vec3<f32
     return mix(low, high, part.y);
 }
 
-// The last resort: rays of the pixel's own into the world cache.
-fn gather_rays(at: u32, surface: Surface) -> vec3<f32> {
-    let origin = view.camera + surface.position / frame.voxel_size + surface.normal * 0.001;
-    var e = vec3<f32>(0.0);
-    for (var r = 0u; r < 4u; r++) {
-        let direction = cosine_direction(surface.normal, r2(pcg(at), push.frame_index * 4u + r));
-        e += hit_radiance(trace(origin, direction, surface.normal, 1e6));
-    }
-    return e * (3.14159265 / 4.0);
+fn store_history(at: u32, average: vec4<f32>, distance: f32) {
+    history_out[at * 3u] = pack2x16float(average.xy);
+    history_out[at * 3u + 1u] = pack2x16float(average.zw);
+    history_out[at * 3u + 2u] = bitcast<u32>(distance);
 }
 
 // Last frame's average at a surface, and how many frames it holds; 0 where it was not seen.
@@ -114,10 +125,9 @@ fn load_history(surface: Surface) -> vec4<f32> {
         let bilinear = select(1.0 - part, part, offset == vec2<i32>(1));
         let weight = bilinear.x * bilinear.y;
         let at = u32(pixel.y) * view.stride + u32(pixel.x);
-        let seen = history_distance_in[at];
+        let seen = bitcast<f32>(history_in[at * 3u + 2u]);
         if weight <= 1e-4 || abs(seen - distance) > 0.02 * distance + 1e-3 { continue; }
-        let words = history_in[at];
-        sum += weight * vec4<f32>(unpack2x16float(words.x), unpack2x16float(words.y));
+        sum += weight * vec4<f32>(unpack2x16float(history_in[at * 3u]), unpack2x16float(history_in[at * 3u + 1u]));
         weight_sum += weight;
     }
     if weight_sum < 0.01 { return vec4<f32>(0.0); }

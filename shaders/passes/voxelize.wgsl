@@ -307,6 +307,7 @@ fn coverage_mask(side: u32, share: ptr<function, f32>) -> u32 {
     var mask = 0u;
     var fullest = 0u;
     var fullest_count = 0u;
+    var fullest_area = 0u;
     var total = 0u;
     var area = 0u;
     for (var k = 0u; k < 16u; k++) {
@@ -316,6 +317,7 @@ fn coverage_mask(side: u32, share: ptr<function, f32>) -> u32 {
         if covered > fullest_count {
             fullest = k;
             fullest_count = covered;
+            fullest_area = covered + open;
         }
         let is_set = select(covered >= open, beside_covered(side, k), covered + open == 0u);
         if is_set {
@@ -328,7 +330,7 @@ fn coverage_mask(side: u32, share: ptr<function, f32>) -> u32 {
         area = total;
     } else if mask == 0u {
         mask = 1u << fullest;
-        area = fullest_count;
+        area = fullest_area;
     }
     *share = f32(area) / 256.0;
     return mask;

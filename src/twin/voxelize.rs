@@ -193,7 +193,7 @@ fn coverage(cells: &[(u32, u32); 16]) -> (u16, u32) {
     let set: Vec<usize> = (0..16).filter(|k| is_set(*k)).collect();
     if set.is_empty() {
         let fullest = (0..16).rev().max_by_key(|k| cells[*k].0).unwrap_or(0);
-        return (1 << fullest, cells[fullest].0);
+        return (1 << fullest, cells[fullest].0 + cells[fullest].1);
     }
     let mask = set.iter().fold(0, |mask, k| mask | 1 << k);
     (mask, set.iter().map(|k| cells[*k].0 + cells[*k].1).sum())
