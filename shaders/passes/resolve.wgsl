@@ -12,7 +12,7 @@ var<immediate> push: ViewPush;
 
 @res var<storage, read> probes: array<vec4<f32>>;
 @res var<storage, read> probe_irradiance: array<vec4<f32>>;
-// Three words a pixel: irradiance rgb and frames averaged as halves; distance to the camera.
+// Three words a pixel: irradiance rgb and its weight as halves; distance to the camera.
 @res var<storage, read> history_in: array<u32>;
 @res var<storage, read_write> history_out: array<u32>;
 @res var output_image: texture_storage_2d<rgba16float, write>;
@@ -32,24 +32,28 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(output_image, pixel, vec4<f32>(0.0));
         return;
     }
-    let e = gather(pixel, at, surface);
+    let now = gather(pixel, at, surface);
     let past = load_history(surface);
-    let frames = min(past.w + 1.0, f32(view.history_max));
+    let weight = min(past.w, f32(view.history_max) - now.w);
     // Weights grow with time: light that is still settling leaves the average soon.
-    let average = clamp(mix(past.xyz, e, 2.0 / (frames + 1.0)), vec3<f32>(0.0), vec3<f32>(65000.0));
-    store_history(at, vec4<f32>(average, frames), length(surface.position));
+    let e = mix(past.xyz, now.xyz, 2.0 * now.w / (weight + 2.0 * now.w));
+    let average = clamp(e, vec3<f32>(0.0), vec3<f32>(65000.0));
+    store_history(at, vec4<f32>(average, weight + now.w), length(surface.position));
     textureStore(output_image, pixel, vec4<f32>(average, 1.0));
 }
 
-fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec3<f32> {
+// Irradiance, and how much it counts in the average over time: probes move, and a pixel trusts the frames in which one
+// stands close to it.
+fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
     let origin = view.camera + surface.position / frame.voxel_size + surface.normal * 0.001;
     let seed = pcg(at);
     let far = gather_probes(pixel, surface);
     if far.w > 1e-3 {
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index));
         let near = trace(origin, direction, surface.normal, NEAR);
-        if near.kind == MISS { return far.xyz / far.w; }
-        return PI * hit_radiance(near);
+        let weight = clamp(far.w, 0.02, 1.0);
+        if near.kind == MISS { return vec4<f32>(far.xyz / far.w, weight); }
+        return vec4<f32>(PI * hit_radiance(near), weight);
     }
     // No probe stands for the pixel: rays of its own into the world cache.
     var e = vec3<f32>(0.0);
@@ -57,14 +61,13 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec3<f32> {
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index * 4u + r));
         e += hit_radiance(trace(origin, direction, surface.normal, 1e6));
     }
-    return e * (PI / 4.0);
+    return vec4<f32>(e * (PI / 4.0), 1.0);
 }
 
-// Weighted irradiance and weight of the four probes around a pixel.
+// Weighted irradiance and weight of the four probes around a pixel: distance on screen, plane distance, normal.
 fn gather_probes(pixel: vec2<u32>, surface: Surface) -> vec4<f32> {
     let place = (vec2<f32>(pixel) + 0.5) / f32(view.tile_size) - 0.5;
     let corner = floor(place);
-    let part = place - corner;
     let distance = length(surface.position);
     var sum = vec4<f32>(0.0);
     for (var k = 0u; k < 4u; k++) {
@@ -73,14 +76,17 @@ fn gather_probes(pixel: vec2<u32>, surface: Surface) -> vec4<f32> {
         let index = u32(tile.y) * view.tiles.x + u32(tile.x);
         let probe = probes[index * 2u];
         if probe.w == 0.0 { continue; }
-        let normal = probes[index * 2u + 1u].xyz;
-        let bilinear = select(1.0 - part, part, offset == vec2<u32>(1u));
+        let facet = probes[index * 2u + 1u];
+        let normal = facet.xyz;
+        let bits = bitcast<u32>(facet.w);
+        let apart = (vec2<f32>(pixel) - vec2<f32>(vec2<u32>(bits & 0xffffu, bits >> 16u))) / (0.35 * f32(view.tile_size));
+        let near = exp2(-dot(apart, apart)) + 0.004;
         let between = probe.xyz - surface.position;
         let off_plane = max(abs(dot(between, surface.normal)), abs(dot(between, normal)));
         let relative = off_plane / (0.02 * distance + 0.05 * frame.voxel_size);
         let facing = dot(normal, surface.normal);
         if facing < 0.5 { continue; }
-        let weight = (bilinear.x * bilinear.y + 0.02) * exp2(-relative * relative) * pow(facing, 8.0);
+        let weight = near * exp2(-relative * relative) * pow(facing, 8.0);
         sum += vec4<f32>(probe_normal_irradiance(index, normal, surface.normal) * weight, weight);
     }
     return sum;
@@ -104,7 +110,7 @@ fn store_history(at: u32, average: vec4<f32>, distance: f32) {
     history_out[at * 3u + 2u] = bitcast<u32>(distance);
 }
 
-// Last frame's average at a surface, and how many frames it holds; 0 where it was not seen.
+// Last frame's average at a surface, and its weight; 0 where it was not seen.
 fn load_history(surface: Surface) -> vec4<f32> {
     if view.history_valid == 0u { return vec4<f32>(0.0); }
     let clip = view.previous_clip * vec4<f32>(surface.position, 1.0);
