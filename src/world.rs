@@ -377,7 +377,15 @@ impl World {
             let room = u64::from(total.min(settings.light_faces_per_frame).next_multiple_of(1024));
             self.ensure(device, slot, "vis_faces", room * 4, false, frame)?;
             self.ensure(device, slot, "face_irradiance", room * 8, false, frame)?;
-            passes::light::light(frame, &bricks, faces, sweeps, self.updates, settings.bounce_rays > 0);
+            passes::light::light(
+                frame,
+                &bricks,
+                faces,
+                sweeps,
+                self.updates,
+                !lights.is_empty(),
+                settings.bounce_rays > 0,
+            );
             self.updates = self.updates.wrapping_add(sweeps);
         }
         let per_face = u64::from(settings.bounce_rays) + u64::from(settings.direct_samples) * lights.len() as u64;

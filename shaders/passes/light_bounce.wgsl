@@ -15,7 +15,9 @@ var<immediate> push: LightPush;
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= push.face_count { return; }
-    let words = face_irradiance[id.x];
+    // Without lights `light_direct` has not run.
+    var words = vec2<u32>(0u);
+    if frame.light_count > 0u { words = face_irradiance[id.x]; }
     if words.y == INVALID { return; }
     let face = load_face(vis_faces[push.first_face + id.x]);
     let normal = face_normal(face);

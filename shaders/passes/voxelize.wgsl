@@ -20,6 +20,7 @@ var<immediate> push: VoxelizePush;
 
 const LIST_MAX: u32 = 512u;
 const CONTACT: u32 = 0x80000000u;
+const CONTACT_LIST_MAX: u32 = 256u;
 const SUMS: u32 = 13u;
 const FIXED: f32 = 1048576.0;
 
@@ -28,6 +29,9 @@ var<workgroup> list: array<u32, 512>;
 var<workgroup> list_count: atomic<u32>;
 // What every thread reads of it.
 var<workgroup> list_size: u32;
+// Triangles flagged CONTACT.
+var<workgroup> contacts: array<u32, 256>;
+var<workgroup> contact_count: atomic<u32>;
 // Outermost crossing per side and column: height | triangle, larger is further out; 0: none.
 var<workgroup> keys: array<u32, 1536>;
 // Per side: samples, normal, position, albedo, emission.
@@ -51,8 +55,12 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if thread < 48u { atomicStore(&coverage[thread], 0u); }
 
     var next = 0u;
+    var rounds = 0u;
     while next < brick.triangle_count {
-        if thread == 0u { atomicStore(&list_count, 0u); }
+        if thread == 0u {
+            atomicStore(&list_count, 0u);
+            atomicStore(&contact_count, 0u);
+        }
         workgroupBarrier();
         // Gather until the list may overflow; further triangles come in another round.
         while next < brick.triangle_count && published_count(thread) <= LIST_MAX - 64u {
@@ -65,9 +73,13 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             workgroupBarrier();
         }
         let count = published_count(thread);
-        flag_contacts(brick.first_triangle, origin, count, thread);
+        // Solids touch in few, large triangles: a crowded voxel is not searched, which bounds the cost of a dense mesh.
+        if count <= CONTACT_LIST_MAX && next >= brick.triangle_count && rounds == 0u {
+            flag_contacts(brick.first_triangle, origin, count, thread);
+        }
+        rounds++;
         workgroupBarrier();
-        for (var k = 0u; k < count; k++) { cut(brick.first_triangle, origin, count, list[k], thread); }
+        for (var k = 0u; k < count; k++) { cut(brick.first_triangle, origin, list[k], thread); }
         workgroupBarrier();
     }
     workgroupBarrier();
@@ -110,6 +122,7 @@ fn flag_contacts(first: u32, origin: vec3<f32>, count: u32, thread: u32) {
         for (var j = 0u; j < count; j++) {
             if is_contact(n, t.a, load_triangle(first + (list[j] & 0xffffu), origin)) {
                 list[i] |= CONTACT;
+                contacts[atomicAdd(&contact_count, 1u)] = list[i] & 0xffffu;
                 break;
             }
         }
@@ -137,7 +150,7 @@ fn column(thread: u32, k: u32) -> vec2<f32> {
 }
 
 // Enters a triangle's crossings with this thread's four columns of each axis.
-fn cut(first: u32, origin: vec3<f32>, count: u32, entry: u32, thread: u32) {
+fn cut(first: u32, origin: vec3<f32>, entry: u32, thread: u32) {
     let index = entry & 0xffffu;
     let t = load_triangle(first + index, origin);
     let n = triangle_normal(t);
@@ -149,7 +162,7 @@ fn cut(first: u32, origin: vec3<f32>, count: u32, entry: u32, thread: u32) {
             if !in_outline(t, axis, sign, p) { continue; }
             let height = (dot(n, t.a) - n[axis_u(axis)] * p.x - n[axis_v(axis)] * p.y) / n[axis];
             if height < 0.0 || height >= 1.0 { continue; }
-            if (entry & CONTACT) != 0u && touches(first, origin, count, n, t.a, axis, p) { continue; }
+            if (entry & CONTACT) != 0u && touches(first, origin, n, t.a, axis, p) { continue; }
             let level = 1u + u32(height * 65534.0);
             let two_sided = (t.material & TWO_SIDED) != 0u;
             let slot = axis * 512u + thread * 4u + k;
@@ -163,10 +176,10 @@ fn cut(first: u32, origin: vec3<f32>, count: u32, entry: u32, thread: u32) {
     }
 }
 
-fn touches(first: u32, origin: vec3<f32>, count: u32, n: vec3<f32>, on: vec3<f32>, axis: u32, p: vec2<f32>) -> bool {
+fn touches(first: u32, origin: vec3<f32>, n: vec3<f32>, on: vec3<f32>, axis: u32, p: vec2<f32>) -> bool {
+    let count = atomicLoad(&contact_count);
     for (var j = 0u; j < count; j++) {
-        if (list[j] & CONTACT) == 0u { continue; }
-        let other = load_triangle(first + (list[j] & 0xffffu), origin);
+        let other = load_triangle(first + contacts[j], origin);
         if is_contact(n, on, other) && in_outline(other, axis, select(-1.0, 1.0, n[axis] < 0.0), p) { return true; }
     }
     return false;

@@ -155,6 +155,7 @@ impl<'a> Player<'a> {
                 }
             }
         }
+        slot.timing.end(self.device, self.commands);
         self.finish();
         Ok(())
     }
@@ -292,13 +293,15 @@ impl<'a> Player<'a> {
     /// Makes what was written visible to the host's reads once the frame is done.
     fn finish(&self) {
         use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
-        let memory =
-            [vk::MemoryBarrier::default().src_access_mask(Access::SHADER_WRITE).dst_access_mask(Access::HOST_READ)];
+        let memory = [vk::MemoryBarrier::default()
+            .src_access_mask(Access::SHADER_WRITE | Access::TRANSFER_WRITE)
+            .dst_access_mask(Access::HOST_READ)];
         let none = vk::DependencyFlags::empty();
         // SAFETY: recording, outside a render pass.
         unsafe {
             let raw = &self.device.raw;
-            raw.cmd_pipeline_barrier(self.commands, Stage::COMPUTE_SHADER, Stage::HOST, none, &memory, &[], &[]);
+            let work = Stage::COMPUTE_SHADER | Stage::TRANSFER;
+            raw.cmd_pipeline_barrier(self.commands, work, Stage::HOST, none, &memory, &[], &[]);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! GPU times by timestamps, read without waiting.
 
-use super::Device;
+use super::{Buffer, Device, Location};
 use crate::error::{Error, Result};
 use ash::vk;
 
@@ -9,6 +9,8 @@ const QUERIES: u32 = 512;
 /// One frame slot's timestamps.
 pub struct Timing {
     pool: vk::QueryPool,
+    /// Where the GPU copies the ticks: reading them never waits.
+    ticks: Option<Buffer>,
     marks: Vec<&'static str>,
     recorded: bool,
 }
@@ -16,13 +18,20 @@ pub struct Timing {
 impl Timing {
     /// A pool, or none where the device has no timestamps.
     pub fn new(device: &Device) -> Result<Self> {
-        let mut pool = vk::QueryPool::null();
+        let mut timing = Self { pool: vk::QueryPool::null(), ticks: None, marks: Vec::new(), recorded: false };
         if device.timestamp_bits > 0 {
             let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(QUERIES);
+            timing.ticks = Some(Buffer::new(device, u64::from(QUERIES) * 8, Location::Readback)?);
             // SAFETY: valid device.
-            pool = unsafe { device.raw.create_query_pool(&info, None) }.map_err(Error::vulkan("vkCreateQueryPool"))?;
+            match unsafe { device.raw.create_query_pool(&info, None) } {
+                Ok(pool) => timing.pool = pool,
+                Err(result) => {
+                    timing.destroy(device);
+                    return Err(Error::Vulkan { call: "vkCreateQueryPool", result });
+                }
+            }
         }
-        Ok(Self { pool, marks: Vec::new(), recorded: false })
+        Ok(timing)
     }
 
     /// Starts a frame.
@@ -48,18 +57,21 @@ impl Timing {
         self.marks.push(name);
     }
 
+    /// Ends a frame: the ticks go where the host can read them.
+    pub fn end(&self, device: &Device, commands: vk::CommandBuffer) {
+        let Some(buffer) = self.ticks.as_ref().filter(|_| self.recorded) else { return };
+        let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+        let count = self.marks.len() as u32;
+        // SAFETY: recording; as many queries as marks were written, and the buffer holds them all.
+        unsafe { device.raw.cmd_copy_query_pool_results(commands, self.pool, 0, count, buffer.raw, 0, 8, flags) };
+    }
+
     /// Milliseconds since the previous mark of every mark, in order; empty when not available.
     pub fn read(&self, device: &Device) -> Vec<(&'static str, f64)> {
-        if !self.recorded || self.marks.len() < 2 {
+        let Some(buffer) = self.ticks.as_ref().filter(|_| self.recorded && self.marks.len() > 1) else {
             return Vec::new();
-        }
-        let mut ticks = vec![0u64; self.marks.len()];
-        // SAFETY: as many queries as marks were written; no wait flag, so this cannot block.
-        let read =
-            unsafe { device.raw.get_query_pool_results(self.pool, 0, &mut ticks, vk::QueryResultFlags::TYPE_64) };
-        if read.is_err() {
-            return Vec::new();
-        }
+        };
+        let ticks: Vec<u64> = buffer.read(self.marks.len());
         let mask = u64::MAX >> (64 - device.timestamp_bits.clamp(1, 64));
         let milliseconds = f64::from(device.limits.timestamp_period) * 1e-6;
         let times = ticks.windows(2).map(|t| (t[1].wrapping_sub(t[0]) & mask) as f64 * milliseconds);
@@ -68,6 +80,9 @@ impl Timing {
 
     /// The GPU must have finished with it.
     pub fn destroy(&mut self, device: &Device) {
+        if let Some(mut buffer) = self.ticks.take() {
+            buffer.destroy(device);
+        }
         // SAFETY: made on this device, no longer in use; null is ignored.
         unsafe { device.raw.destroy_query_pool(self.pool, None) };
         self.pool = vk::QueryPool::null();

@@ -4,13 +4,24 @@ use crate::frame::Frame;
 use crate::gpu::shared::{FaceCompactPush, LightBrick, LightPush};
 
 /// Lights `face_count` faces of the chosen bricks `sweeps` times; `first_update` numbers the sweeps over time.
-pub fn light(frame: &mut Frame, bricks: &[LightBrick], face_count: u32, sweeps: u32, first_update: u32, bounces: bool) {
+pub fn light(
+    frame: &mut Frame,
+    bricks: &[LightBrick],
+    face_count: u32,
+    sweeps: u32,
+    first_update: u32,
+    has_lights: bool,
+    bounces: bool,
+) {
     frame.upload.push("light_bricks", bricks);
     let groups = face_count.div_ceil(64);
     frame.dispatch("face_compact", [bricks.len() as u32, 1, 1], FaceCompactPush { first_brick: 0 });
     for sweep in 0..sweeps {
         let push = LightPush { first_face: 0, face_count, update: first_update + sweep };
-        frame.dispatch("light_direct", [groups, 1, 1], push);
+        // Without bounces it still clears what the sweep before left.
+        if has_lights || !bounces {
+            frame.dispatch("light_direct", [groups, 1, 1], push);
+        }
         if bounces {
             frame.dispatch("light_bounce", [groups, 1, 1], push);
         }

@@ -3,7 +3,7 @@
 use super::pack::{Plane, albedo_encode, axis_u, axis_v, plane_decode, plane_encode, rgb9e5_encode, side_step};
 use super::random::{Errors, pcg, unit_float};
 use super::triangle::Triangle;
-use crate::gpu::shared::Material;
+use crate::gpu::shared::{CONTACT_LIST_MAX, Material};
 use glam::{DVec2, DVec3, IVec3, Vec3};
 
 /// Columns of a voxel along an axis: 16 x 16.
@@ -124,7 +124,8 @@ fn outermost(source: &Source, near: &[Triangle], side: usize, errors: &Errors) -
 
 /// Whether another solid's face covers the triangle here.
 fn is_closed(t: &Triangle, near: &[Triangle], axis: usize, column: DVec2, errors: &Errors) -> bool {
-    near.iter().any(|other| t.is_contact(other, errors) && other.holds(axis, column, errors))
+    near.len() <= CONTACT_LIST_MAX as usize
+        && near.iter().any(|other| t.is_contact(other, errors) && other.holds(axis, column, errors))
 }
 
 fn mean(layer: Layer, side: usize, errors: &Errors) -> Side {
