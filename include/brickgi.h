@@ -123,7 +123,7 @@ typedef struct BgiSettings {
     uint32_t voxelizeBricksPerFrame;
     /// Upper limit of the world's device memory in bytes, at least 1 MiB; default 28 MiB.
     uint64_t memoryBudget;
-    /// Voxel faces lit a frame, 64 to 4194304; default 131072. The main cost of lighting.
+    /// Voxel faces lit a frame, 64 to 4194240; default 131072. The main cost of lighting.
     uint32_t lightFacesPerFrame;
     /// Hemisphere rays a face shoots per lighting update, 0 to 64; default 4. 0 turns radiosity off.
     uint32_t bounceRays;

@@ -225,6 +225,14 @@ impl Context {
         if !(1..=16_384).contains(&width) || !(1..=16_384).contains(&height) {
             return Err(Error::invalid("a view's sides must be 1 to 16384"));
         }
+        let limit = u64::from(self.device.limits.max_storage_buffer_range);
+        let probes =
+            u64::from(width.div_ceil(self.settings.probe_tile)) * u64::from(height.div_ceil(self.settings.probe_tile));
+        if u64::from(width) * u64::from(height) * 12 > limit || probes * 512 > limit || probes * 9 > 64 * 65_535 {
+            return Err(Error::invalid(
+                "the view has more pixels or probes than the device's buffers and dispatches hold",
+            ));
+        }
         let view = View::new(&self.device, UVec2::new(width, height), self.settings.probe_tile)?;
         let id = self.next_view;
         self.next_view += 1;

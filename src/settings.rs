@@ -40,7 +40,7 @@ pub struct Settings {
     pub memory_budget: u64,
     /// Bricks voxelised a frame while any are waiting, 1 to 4096; default 512. Costs nothing when none waits.
     pub voxelize_bricks_per_frame: u32,
-    /// Voxel faces lit a frame, 64 to 4 194 304; default 131 072. The main cost of lighting.
+    /// Voxel faces lit a frame, 64 to 4 194 240; default 131 072. The main cost of lighting.
     pub light_faces_per_frame: u32,
     /// Hemisphere rays a face shoots per lighting update, 0 to 64; default 4. 0 turns radiosity off.
     pub bounce_rays: u32,
@@ -101,8 +101,8 @@ impl Settings {
         in_range(self.memory_budget >= 1 << 20, "memory_budget must be at least 1 MiB")?;
         in_range((1..=4096).contains(&self.voxelize_bricks_per_frame), "voxelize_bricks_per_frame must be 1 to 4096")?;
         in_range(
-            (64..=4_194_304).contains(&self.light_faces_per_frame),
-            "light_faces_per_frame must be 64 to 4194304",
+            (64..=4_194_240).contains(&self.light_faces_per_frame),
+            "light_faces_per_frame must be 64 to 4194240",
         )?;
         in_range(self.bounce_rays <= 64, "bounce_rays must be 0 to 64")?;
         in_range((1..=16).contains(&self.direct_samples), "direct_samples must be 1 to 16")?;

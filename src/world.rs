@@ -85,12 +85,29 @@ impl World {
     pub fn instances_changed(&mut self, changed: &HashSet<u64>, scene: &Scene) {
         let mut ids: Vec<u64> = changed.iter().copied().collect();
         ids.sort_unstable();
+        // Without a window yet, the first camera brings everything in.
+        let Some(window) = self.table.window_bricks() else { return };
         for id in ids {
             let left = self.primitives.remove(id);
             self.table.touch(&left);
-            let entered = self.primitives.insert(id, scene, &self.grid);
+            let entered = self.primitives.insert(id, scene, &self.grid, window);
             self.table.touch(&entered);
         }
+    }
+
+    /// Follows the camera; a window that moved holds other triangles.
+    fn follow(&mut self, eye: DVec3, scene: &Scene) {
+        if !self.table.follow(eye) {
+            return;
+        }
+        let window = self.table.window_bricks().expect("it has just moved");
+        self.primitives.clear();
+        let mut ids: Vec<u64> = scene.instances.keys().copied().collect();
+        ids.sort_unstable();
+        for id in ids {
+            self.primitives.insert(id, scene, &self.grid, window);
+        }
+        self.table.enter(self.primitives.bricks());
     }
 
     /// Everything converges anew: the lights have changed.
@@ -126,7 +143,7 @@ impl World {
         let mut frame = Frame::default();
         self.steady_frames = self.steady_frames.saturating_add(1);
         let camera = eye / 8.0;
-        self.table.follow(eye, &self.primitives);
+        self.follow(eye, scene);
         if self.flights[index].counters.is_none() {
             self.flights[index].counters = Some(Buffer::new(device, 16, Location::Readback)?);
         }

@@ -53,7 +53,8 @@ impl PrimitiveIndex {
     }
 
     /// Enters an instance's triangles; returns the bricks that they touch (or nearly touch).
-    pub fn insert(&mut self, id: u64, scene: &Scene, grid: &WorldGrid) -> Vec<IVec3> {
+    /// Only those inside the window (low corner and size, in bricks) count, which bounds work and memory.
+    pub fn insert(&mut self, id: u64, scene: &Scene, grid: &WorldGrid, window: (IVec3, IVec3)) -> Vec<IVec3> {
         let Some(instance) = scene.instances.get(&id) else { return Vec::new() };
         let Some(mesh) = scene.meshes.get(&instance.mesh) else { return Vec::new() };
         let mut touched = HashSet::new();
@@ -61,7 +62,8 @@ impl PrimitiveIndex {
             let corners = voxel_corners(scene, instance, triangle, grid);
             let low = corners[0].min(corners[1]).min(corners[2]) - REACH;
             let high = corners[0].max(corners[1]).max(corners[2]) + REACH;
-            let (first, last) = ((low / 8.0).floor().as_ivec3(), (high / 8.0).floor().as_ivec3());
+            let first = (low / 8.0).floor().as_ivec3().max(window.0);
+            let last = (high / 8.0).floor().as_ivec3().min(window.0 + window.1 - 1);
             for z in first.z..=last.z {
                 for y in first.y..=last.y {
                     for x in first.x..=last.x {
@@ -78,6 +80,12 @@ impl PrimitiveIndex {
         let touched: Vec<IVec3> = touched.into_iter().collect();
         self.touched.insert(id, touched.clone());
         touched
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.bricks.clear();
+        self.touched.clear();
     }
 
     /// Bricks that hold triangles.

@@ -1,9 +1,15 @@
 //! The bricks table: what is resident, what waits, and the memory of both.
 
-use super::{ExtentAllocator, Grid, PrimitiveIndex};
+use super::{ExtentAllocator, Grid};
 use crate::gpu::shared::{BrickCopy, BrickResult, LightBrick, NONE, PAGE_WORDS};
 use glam::{DVec3, IVec3, UVec3};
 use std::collections::{HashMap, HashSet};
+
+/// Bricks that found no memory are tried again when the camera has moved this far.
+const RETRY_VOXELS: f64 = 64.0;
+
+/// Bricks lit in one frame at most: one workgroup each.
+const CHOSEN_MAX: usize = 65_535;
 
 /// A resident brick.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,6 +48,8 @@ pub struct BrickTable {
     dirty: HashSet<IVec3>,
     /// No memory for these.
     refused: HashSet<IVec3>,
+    /// Where the camera was (voxels) when they were last tried.
+    refused_from: DVec3,
     faces: u32,
 }
 
@@ -51,7 +59,19 @@ impl BrickTable {
         let (resident, waiting, in_flight, dirty, refused) = Default::default();
         let grid = Grid::new(extent);
         let pages = ExtentAllocator::new(pages);
-        Self { grid, pages, extent, window: None, resident, waiting, in_flight, dirty, refused, faces: 0 }
+        Self {
+            grid,
+            pages,
+            extent,
+            window: None,
+            resident,
+            waiting,
+            in_flight,
+            dirty,
+            refused,
+            refused_from: DVec3::ZERO,
+            faces: 0,
+        }
     }
 
     /// Low corner of the window, in bricks.
@@ -90,24 +110,39 @@ impl BrickTable {
         relative.cmpge(IVec3::ZERO).all() && relative.cmplt((self.extent * 4).as_ivec3()).all()
     }
 
-    /// Moves the window so that `center` (voxels) is in its middle third; queues what enters and frees what leaves.
-    pub fn follow(&mut self, center: DVec3, primitives: &PrimitiveIndex) {
+    /// Moves the window so that `center` (voxels) is in its middle third, and frees what leaves it. Whether it moved: then
+    /// what the new window holds is to be told to [`Self::enter`].
+    pub fn follow(&mut self, center: DVec3) -> bool {
+        if center.distance_squared(self.refused_from) > RETRY_VOXELS * RETRY_VOXELS {
+            self.refused_from = center;
+            let again: Vec<IVec3> = self.refused.drain().collect();
+            self.touch(&again);
+        }
         let half = self.extent.as_ivec3() / 2;
         let wanted = (center / 32.0).round().as_ivec3() - half;
         let slack = (self.extent.as_ivec3() / 6).max(IVec3::ONE);
         if self.window.is_some_and(|w| (w - wanted).abs().cmple(slack).all()) {
-            return;
+            return false;
         }
         self.window = Some(wanted);
         let leaving: Vec<IVec3> = self.resident.keys().copied().filter(|b| !self.covers(*b)).collect();
         for brick in leaving {
             self.evict(brick);
         }
-        let window: HashSet<IVec3> = primitives.bricks().filter(|b| self.covers(*b)).collect();
-        self.waiting.retain(|b| window.contains(b));
+        self.waiting.clear();
         self.refused.clear();
-        let entering: Vec<IVec3> = window.into_iter().filter(|b| !self.resident.contains_key(b)).collect();
+        true
+    }
+
+    /// Queues what a moved window holds and is not yet resident.
+    pub fn enter(&mut self, bricks: impl Iterator<Item = IVec3>) {
+        let entering: Vec<IVec3> = bricks.filter(|b| !self.resident.contains_key(b)).collect();
         self.touch(&entering);
+    }
+
+    /// The bricks of the window, low corner and size; none before the first camera.
+    pub fn window_bricks(&self) -> Option<(IVec3, IVec3)> {
+        self.window.map(|w| (w * 4, (self.extent * 4).as_ivec3()))
     }
 
     /// Queues bricks whose triangles changed.
@@ -232,7 +267,7 @@ impl BrickTable {
         let (mut chosen, mut faces) = (Vec::new(), 0);
         for (_, position) in candidates {
             let brick = self.resident.get_mut(&position).expect("a candidate is resident");
-            if faces + brick.faces > budget {
+            if faces + brick.faces > budget || chosen.len() == CHOSEN_MAX {
                 break;
             }
             let p = (position - window).as_uvec3();

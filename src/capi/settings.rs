@@ -43,7 +43,7 @@ pub struct BgiSettings {
     pub voxelize_bricks_per_frame: u32,
     /// Upper limit of the world's device memory in bytes, at least 1 MiB; default 28 MiB.
     pub memory_budget: u64,
-    /// Voxel faces lit a frame, 64 to 4194304; default 131072. The main cost of lighting.
+    /// Voxel faces lit a frame, 64 to 4194240; default 131072. The main cost of lighting.
     pub light_faces_per_frame: u32,
     /// Hemisphere rays a face shoots per lighting update, 0 to 64; default 4. 0 turns radiosity off.
     pub bounce_rays: u32,

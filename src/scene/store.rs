@@ -156,7 +156,10 @@ impl Scene {
             self.instances.insert(i.id, instance);
             changed.insert(i.id);
         }
-        let touched = |i: &Instance| replaced.contains(&i.mesh) || repainted.contains(&i.material);
+        let rewoven: HashSet<u64> = update.textures.iter().map(|t| t.id).collect();
+        let textured = |m: &u64| self.materials.get(m).and_then(|m| m.texture).is_some_and(|t| rewoven.contains(&t));
+        let touched =
+            |i: &Instance| replaced.contains(&i.mesh) || repainted.contains(&i.material) || textured(&i.material);
         changed.extend(self.instances.iter().filter(|(_, i)| touched(i)).map(|(id, _)| *id));
         changed
     }
