@@ -71,10 +71,10 @@ impl Types {
     /// Adds a module's named structs and scalar constants.
     pub fn add_module(&mut self, module: &Module, shader: &str) {
         for (handle, ty) in module.types.iter() {
-            if let (Some(name), TypeInner::Struct { members, span }) = (&ty.name, &ty.inner) {
-                if let Some(text) = struct_text(module, handle, name, members, *span) {
-                    self.add(name, text, shader);
-                }
+            if let (Some(name), TypeInner::Struct { members, span }) = (&ty.name, &ty.inner)
+                && let Some(text) = struct_text(module, handle, name, members, *span)
+            {
+                self.add(name, text, shader);
             }
         }
         for (_, constant) in module.constants.iter() {

@@ -148,7 +148,7 @@ impl World {
             self.flights[index].counters = Some(Buffer::new(device, 16, Location::Readback)?);
         }
         frame.commands.push(Command::Clear("counters"));
-        self.upload_materials(device, slot, scene, &mut frame)?;
+        self.upload_materials(device, slot, scene)?;
         self.commit(device, slot, index, settings, camera, &mut frame)?;
         self.voxelize(device, slot, index, settings, scene, camera, &mut frame)?;
         self.light(device, slot, index, settings, scene, camera, frame_index, &mut frame)?;
@@ -181,13 +181,7 @@ impl World {
         Ok(())
     }
 
-    fn upload_materials(
-        &mut self,
-        device: &Device,
-        slot: &mut Slot,
-        scene: &mut Scene,
-        frame: &mut Frame,
-    ) -> Result<()> {
+    fn upload_materials(&mut self, device: &Device, slot: &mut Slot, scene: &mut Scene) -> Result<()> {
         if !scene.materials_changed && self.buffers.contains_key("materials") {
             return Ok(());
         }
@@ -226,7 +220,6 @@ impl World {
                 slot.retire(old);
             }
         }
-        let _ = frame;
         Ok(())
     }
 

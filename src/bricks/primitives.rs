@@ -16,7 +16,7 @@ pub struct WorldGrid {
 
 impl WorldGrid {
     /// World metres to voxels.
-    pub fn to_voxels(&self, p: DVec3) -> DVec3 {
+    pub fn to_voxels(self, p: DVec3) -> DVec3 {
         p / self.voxel_size - self.offset
     }
 }
@@ -91,16 +91,6 @@ impl PrimitiveIndex {
     /// Bricks that hold triangles.
     pub fn bricks(&self) -> impl Iterator<Item = IVec3> {
         self.bricks.keys().copied()
-    }
-
-    /// Whether a brick holds triangles.
-    pub fn contains(&self, brick: IVec3) -> bool {
-        self.bricks.contains_key(&brick)
-    }
-
-    /// Triangles of a brick.
-    pub fn count(&self, brick: IVec3) -> usize {
-        self.bricks.get(&brick).map_or(0, Vec::len)
     }
 
     /// A brick's triangles as `lib/triangles.wgsl` reads them: corners in brick space, moved into the solid by

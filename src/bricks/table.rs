@@ -90,11 +90,6 @@ impl BrickTable {
         (waiting + self.refused.len()) as u32
     }
 
-    /// Bricks that the memory budget has refused.
-    pub fn refused(&self) -> u32 {
-        self.refused.len() as u32
-    }
-
     /// Lit faces resident.
     pub fn faces(&self) -> u32 {
         self.faces

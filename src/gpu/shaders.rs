@@ -8,10 +8,12 @@ pub struct Shader {
     /// SPIR-V 1.3 words.
     pub spirv: Spirv,
     /// Invocations of a workgroup per axis.
+    #[cfg_attr(not(test), expect(dead_code, reason = "read by the test of the limits"))]
     pub workgroup: [u32; 3],
     /// Bytes of push constants.
     pub push_bytes: u32,
     /// Bytes of workgroup memory.
+    #[cfg_attr(not(test), expect(dead_code, reason = "read by the test of the limits"))]
     pub shared_bytes: u32,
     /// What it binds, by name.
     pub bindings: &'static [Binding],

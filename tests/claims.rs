@@ -1,0 +1,198 @@
+//! What brickgi promises about its images and its memory, held against closed forms and path-traced truth.
+//!
+//! Every image is made as a newcomer would make it: default settings but for the voxel size, [`FRAMES`] frames, under
+//! the validation layer, which must stay silent; every value must be finite. `SHIFTED` grids lie askew to the walls:
+//! a promise that holds only where walls and voxels line up is none.
+
+use brickgi::Settings;
+use brickgi_host::{Host, HostOptions, Image, Reference, Scene, image::luminance};
+use std::f64::consts::PI;
+use std::path::Path;
+use std::sync::{Arc, LazyLock};
+
+/// What every score is measured after.
+const FRAMES: u32 = 64;
+const ALIGNED: [f32; 3] = [0.0; 3];
+const SHIFTED: [f32; 3] = [0.37, 0.61, 0.23];
+const GRIDS: [[f32; 3]; 2] = [ALIGNED, SHIFTED];
+const MIB: u64 = 1 << 20;
+
+/// A finished image with its truth.
+struct Shot {
+    label: String,
+    image: Image,
+    truth: Reference,
+    world_bytes: u64,
+}
+
+impl Shot {
+    /// Luminance of every pixel that sees a surface.
+    fn seen(&self) -> impl Iterator<Item = f64> {
+        let pixels = self.image.pixels.iter().zip(&self.truth.hit.pixels);
+        pixels.filter(|(_, hit)| **hit).map(|(pixel, _)| luminance(*pixel))
+    }
+
+    fn mean(&self) -> f64 {
+        self.seen().sum::<f64>() / self.seen().count() as f64
+    }
+
+    fn rel_mse(&self) -> f64 {
+        self.truth.score(&self.image).and_then(|score| score.rel_mse).expect("a truth of this size that is not black")
+    }
+}
+
+fn scene(name: &str) -> Arc<Scene> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = if name == "cornell" { root.join("samples/scenes") } else { root.join("tests/data") };
+    Arc::new(Scene::load(folder.join(name)).expect("the scene ships with the repository"))
+}
+
+fn open(scene: &Arc<Scene>, camera: &str, settings: Settings) -> Host {
+    let options =
+        HostOptions { camera: Some(camera.into()), validation: true, settings, ..HostOptions::new(scene.clone()) };
+    Host::new(options).expect("a device with the validation layer")
+}
+
+/// Runs the frames; the validation layer must have had nothing to say and every value must be finite.
+fn run(host: &mut Host, frames: u32) -> Image {
+    for _ in 0..frames {
+        host.frame().expect("a frame");
+    }
+    let image = host.read_indirect().expect("E_ind");
+    assert_eq!(host.validation_messages(), Vec::<String>::new());
+    assert!(image.is_finite(), "a value is not a number");
+    image
+}
+
+/// One camera from cold, [`FRAMES`] frames.
+fn shoot(name: &str, camera: &str, voxel_size: f32, grid_offset: [f32; 3]) -> Shot {
+    let scene = scene(name);
+    let mut host = open(&scene, camera, Settings { voxel_size, grid_offset, ..Settings::default() });
+    let image = run(&mut host, FRAMES);
+    let truth = Reference::beside(&scene, camera).expect("readable").expect("the truth ships with the scene");
+    let grid = if grid_offset == ALIGNED { "aligned" } else { "shifted" };
+    let shot = Shot { label: format!("{name} {camera} {grid}"), image, truth, world_bytes: host.stats().world_bytes };
+    let score = shot.truth.score(&shot.image).expect("an image of the truth's size");
+    println!("{}: {score:.4?}, {:.2} MiB", shot.label, shot.world_bytes as f64 / MIB as f64);
+    shot
+}
+
+/// Both grids.
+fn shoot_both(name: &str, camera: &str, voxel_size: f32) -> [Shot; 2] {
+    GRIDS.map(|grid| shoot(name, camera, voxel_size, grid))
+}
+
+static FURNACE_50: LazyLock<Shot> = LazyLock::new(|| shoot("furnace_50", "a", 0.5, ALIGNED));
+static CORNELL_A: LazyLock<[Shot; 2]> = LazyLock::new(|| shoot_both("cornell", "a", 0.25));
+static LIT_ROOM: LazyLock<[Shot; 2]> = LazyLock::new(|| shoot_both("two_rooms", "a", 0.25));
+
+/// In a closed room whose every surface emits 1 and has the same albedo, E_ind is pi / (1 - albedo) everywhere.
+fn assert_furnace(shot: &Shot, albedo: f64, tolerance: f64) {
+    let bias = shot.mean() / (PI / (1.0 - albedo)) - 1.0;
+    assert!(bias.abs() < tolerance, "{}: {:+.2} %", shot.label, 100.0 * bias);
+}
+
+fn assert_rel_mse(shots: &[Shot], most: f64) {
+    for shot in shots {
+        let found = shot.rel_mse();
+        assert!(found < most, "{}: relMSE {found:.4}, at most {most}", shot.label);
+    }
+}
+
+#[test]
+fn furnace_50_matches_the_closed_form() {
+    assert_furnace(&FURNACE_50, 0.50, 0.03);
+}
+
+#[test]
+fn furnace_80_matches_the_closed_form() {
+    assert_furnace(&shoot("furnace_80", "a", 0.5, SHIFTED), 0.80, 0.03);
+}
+
+#[test]
+fn furnace_95_matches_the_closed_form() {
+    assert_furnace(&shoot("furnace_95", "a", 0.5, ALIGNED), 0.95, 0.08);
+}
+
+#[test]
+fn nothing_is_black_for_lack_of_a_probe() {
+    let truth = PI / (1.0 - 0.5);
+    let darkest = FURNACE_50.seen().fold(f64::INFINITY, f64::min);
+    assert!(darkest > truth / 2.0, "{darkest:.3} of {truth:.3}");
+}
+
+#[test]
+fn the_lit_room_is_within_its_target() {
+    assert_rel_mse(&*LIT_ROOM, 0.02);
+}
+
+#[test]
+fn the_dark_room_stays_dark() {
+    for (lit, dark) in LIT_ROOM.iter().zip(shoot_both("two_rooms", "b", 0.25)) {
+        let leak = dark.mean() / lit.mean();
+        assert!(leak < 0.01, "{}: {:.3} % of the lit room", dark.label, 100.0 * leak);
+    }
+}
+
+#[test]
+fn cornell_a_is_within_its_target() {
+    assert_rel_mse(&*CORNELL_A, 0.10);
+}
+
+#[test]
+fn cornell_b_is_within_its_target() {
+    assert_rel_mse(&shoot_both("cornell", "b", 0.25), 0.06);
+}
+
+#[test]
+fn light_through_a_door_is_within_its_target() {
+    assert_rel_mse(&shoot_both("two_rooms_door", "b", 0.25), 0.15);
+}
+
+#[test]
+fn small_lamps_are_within_their_target() {
+    assert_rel_mse(&shoot_both("emissive_small", "b", 0.125), 0.3);
+}
+
+#[test]
+fn thin_stairs_are_within_their_target() {
+    assert_rel_mse(&shoot_both("stairs", "b", 0.25), 0.3);
+}
+
+#[test]
+fn an_open_floor_sees_exactly_the_sky() {
+    assert_rel_mse(&[shoot("floor_sky", "a", 0.5, SHIFTED)], 0.001);
+}
+
+#[test]
+fn a_small_room_takes_little_memory() {
+    for shot in CORNELL_A.iter().chain(&*LIT_ROOM) {
+        assert!(shot.world_bytes < 4 * MIB, "{}: {} bytes", shot.label, shot.world_bytes);
+    }
+}
+
+#[test]
+fn a_world_that_does_not_fit_stays_in_its_budget() {
+    let settings = Settings { voxel_size: 0.04, memory_budget: 6 * MIB, ..Settings::default() };
+    let mut host = open(&scene("cornell"), "a", settings);
+    let mut most = 0;
+    for _ in 0..12 {
+        run(&mut host, 1);
+        most = most.max(host.stats().world_bytes);
+    }
+    assert!(host.stats().bricks_missing > 0, "the scene is meant not to fit");
+    assert!(most <= 6 * MIB, "{most} bytes");
+}
+
+#[test]
+fn the_same_calls_make_the_same_image() {
+    let scene = scene("cornell");
+    let image = || {
+        let mut host = open(&scene, "a", Settings { voxel_size: 0.25, ..Settings::default() });
+        run(&mut host, 6);
+        host.set_camera(scene.cameras[1].clone()).expect("the second camera");
+        run(&mut host, 4)
+    };
+    let bits = |image: Image| image.pixels.as_flattened().iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+    assert!(bits(image()) == bits(image()), "two runs differ");
+}
