@@ -38,7 +38,7 @@ impl Batch {
         let grid = WorldGrid { voxel_size: 1.0, offset: DVec3::ZERO };
         let mut index = PrimitiveIndex::default();
         for id in 0..scene.instances.len() as u64 {
-            index.insert(id, scene, &grid);
+            index.insert(id, scene, &grid, (IVec3::splat(-64), IVec3::splat(128)));
         }
         let mut positions: Vec<IVec3> = index.bricks().collect();
         positions.sort_unstable_by_key(IVec3::to_array);
