@@ -265,7 +265,9 @@ impl World {
     /// Grows the pages by doubling, within what the budget leaves.
     fn grow_pages(&mut self, needed: u32, settings: &Settings) {
         let others: u64 = self.resources().iter().filter(|r| r.name != "world_bricks").map(|r| r.bytes).sum();
-        let limit = (settings.memory_budget.saturating_sub(others) / PAGE_BYTES) as u32;
+        // Scratch, uploads and the grid go on growing after the pages have been given theirs.
+        let reserve = settings.memory_budget / 16;
+        let limit = (settings.memory_budget.saturating_sub(others + reserve) / PAGE_BYTES) as u32;
         let mut capacity = self.table.pages.capacity().max(FIRST_PAGES.min(limit));
         while capacity < limit && capacity - self.table.pages.used() < needed + needed / 8 {
             capacity = (capacity * 2).min(limit);
