@@ -2,7 +2,8 @@
 //!
 //! Every image is made as a newcomer would make it: default settings but for the voxel size, [`FRAMES`] frames, under
 //! the validation layer, which must stay silent; every value must be finite. `SHIFTED` grids lie askew to the walls:
-//! a promise that holds only where walls and voxels line up is none.
+//! a promise that holds only where walls and voxels line up is none. Where one grid has to do, to save time, the scene
+//! names it.
 
 use brickgi::Settings;
 use brickgi_host::{Host, HostOptions, Image, Reference, Scene, image::luminance};
@@ -164,12 +165,12 @@ fn light_through_a_door_is_within_its_target() {
 
 #[test]
 fn small_lamps_are_within_their_target() {
-    assert_rel_mse(&shoot_both("emissive_small", "b", 0.125), 0.3);
+    assert_rel_mse(&[shoot("emissive_small", "b", 0.125, SHIFTED)], 0.3);
 }
 
 #[test]
 fn thin_stairs_are_within_their_target() {
-    assert_rel_mse(&shoot_both("stairs", "b", 0.25), 0.3);
+    assert_rel_mse(&[shoot("stairs", "b", 0.25, SHIFTED)], 0.3);
 }
 
 #[test]
@@ -180,7 +181,7 @@ fn an_open_floor_sees_exactly_the_sky() {
 #[test]
 fn a_small_room_takes_little_memory() {
     for shot in CORNELL_A.iter().chain(&*LIT_ROOM) {
-        assert!(shot.world_bytes < 4 * MIB, "{}: {} bytes", shot.label, shot.world_bytes);
+        assert!(shot.peak_bytes < 4 * MIB, "{}: {} bytes", shot.label, shot.peak_bytes);
     }
 }
 
