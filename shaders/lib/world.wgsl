@@ -1,4 +1,5 @@
-// The sparse world, read side: the only shader code that knows its layout (the host's is src/bricks/layout.rs).
+// The sparse world, read side. `face_resolve` writes this layout, `light_store` finds light in it; on the host
+// src/bricks/grid.rs knows the grid.
 //
 // world_grid    per group: 64-bit mask of its 4 x 4 x 4 bricks, first entry; then entries: first word of each brick
 // world_bricks  per brick: word 0 = mask of its 2 x 2 x 2 blocks; block records; then per block: voxels, planes, light
