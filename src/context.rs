@@ -1,6 +1,5 @@
 //! Owns the persistent state: create, update, record, report.
 
-use crate::bricks::WorldGrid;
 use crate::error::{Error, Result};
 use crate::gpu::{Device, Pipelines, Player, Slot};
 use crate::passes;
@@ -274,11 +273,7 @@ impl Context {
 
         let index = self.frame_index as usize % self.slots.len();
         self.read_back(index)?;
-        let grid = WorldGrid {
-            voxel_size: f64::from(self.settings.voxel_size),
-            offset: DVec3::from(self.settings.grid_offset.map(f64::from)),
-        };
-        let eye = grid.to_voxels(DVec3::from(camera.position));
+        let eye = self.world.grid.to_voxels(DVec3::from(camera.position));
         let slot = &mut self.slots[index];
         let mut frame =
             self.world.frame(&self.device, slot, index, &self.settings, &mut self.scene, eye, self.frame_index)?;

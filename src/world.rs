@@ -42,7 +42,7 @@ struct Flight {
 pub struct World {
     pub table: BrickTable,
     primitives: PrimitiveIndex,
-    grid: WorldGrid,
+    pub grid: WorldGrid,
     buffers: HashMap<&'static str, Buffer>,
     grown: HashMap<&'static str, (vk::Buffer, vk::Buffer, u64)>,
     flights: Vec<Flight>,

@@ -4,17 +4,12 @@
 #import lib/world.wgsl
 #import shared/bricks.wgsl
 
-struct FaceCompactPush {
-    first_brick: u32,
-}
-var<immediate> push: FaceCompactPush;
-
 @res var<storage, read> light_bricks: array<LightBrick>;
 @res var<storage, read_write> vis_faces: array<u32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
-    let index = push.first_brick + group.x;
+    let index = group.x;
     let brick = light_bricks[index];
     let block_mask = world_bricks[brick.base];
     var place = brick.first_face;

@@ -5,9 +5,8 @@
 
 struct FaceResolvePush {
     first_brick: u32,
-    // Words of `payload` that this frame may fill.
-    payload_first: u32,
-    payload_end: u32,
+    // Words of `payload`.
+    payload_words: u32,
     hit_model: u32,
 }
 var<immediate> push: FaceResolvePush;
@@ -138,8 +137,8 @@ fn reserve(brick: u32) -> u32 {
         brick_results[brick] = BrickResult(0u, 0u, 0u, 0u);
         return NONE;
     }
-    let first = push.payload_first + atomicAdd(&payload_used[0], size);
-    let fits = first + size <= push.payload_end;
+    let first = atomicAdd(&payload_used[0], size);
+    let fits = first + size <= push.payload_words;
     brick_results[brick] = BrickResult(size, select(NONE, first, fits), faces, counts);
     if !fits { return NONE; }
     payload[first] = block_mask;

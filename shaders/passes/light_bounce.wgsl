@@ -1,13 +1,7 @@
 // Radiosity: hemisphere rays from the listed faces read what their targets sent out last; infinite bounces over time.
 
 #import lib/faces.wgsl
-
-struct LightPush {
-    first_face: u32,
-    face_count: u32,
-    update: u32,
-}
-var<immediate> push: LightPush;
+#import lib/sweep.wgsl
 
 // In: direct irradiance. Out: direct + indirect.
 @res var<storage, read_write> face_irradiance: array<vec2<u32>>;
@@ -19,7 +13,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var words = vec2<u32>(0u);
     if frame.light_count > 0u { words = face_irradiance[id.x]; }
     if words.y == INVALID { return; }
-    let face = load_face(vis_faces[push.first_face + id.x]);
+    let face = load_face(vis_faces[id.x]);
     let normal = face_normal(face);
     var e = vec3<f32>(0.0);
     let start = face_point(face, r2(face.seed ^ 0x2545f491u, push.update), pcg(face.seed - push.update));

@@ -1,13 +1,7 @@
 // Direct irradiance of the listed faces: every light, from jittered points on the face, shadowed by a ray.
 
 #import lib/faces.wgsl
-
-struct LightPush {
-    first_face: u32,
-    face_count: u32,
-    update: u32,
-}
-var<immediate> push: LightPush;
+#import lib/sweep.wgsl
 
 @res var<storage, read> lights: array<Light>;
 @res var<storage, read_write> face_irradiance: array<vec2<u32>>;
@@ -15,7 +9,7 @@ var<immediate> push: LightPush;
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= push.face_count { return; }
-    let face = load_face(vis_faces[push.first_face + id.x]);
+    let face = load_face(vis_faces[id.x]);
     let normal = face_normal(face);
     var e = vec3<f32>(0.0);
     var samples = 0u;

@@ -5,13 +5,7 @@
 #import shared/bricks.wgsl
 #import lib/pack.wgsl
 #import lib/random.wgsl
-
-struct LightPush {
-    first_face: u32,
-    face_count: u32,
-    update: u32,
-}
-var<immediate> push: LightPush;
+#import lib/sweep.wgsl
 
 @res var<storage, read> light_bricks: array<LightBrick>;
 @res var<storage, read> vis_faces: array<u32>;
@@ -22,8 +16,8 @@ var<immediate> push: LightPush;
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= push.face_count { return; }
     let words = face_irradiance[id.x];
-    if words.y == 0xffffffffu { return; }
-    let item = vis_faces[push.first_face + id.x];
+    if words.y == INVALID { return; }
+    let item = vis_faces[id.x];
     let brick = light_bricks[item >> 12u];
     // The list is in the order of the light words: the block follows from the voxel, the rank from the place.
     let local = (item >> 3u) & 511u;
@@ -38,7 +32,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let light = world_bricks[record + 3u];
     let count = (light >> 16u) & 511u;
-    let rank = push.first_face + id.x - before;
+    let rank = id.x - before;
     let address = brick.base + (light & 0xffffu) + rank;
 
     var emission = vec3<f32>(0.0);
@@ -48,7 +42,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         albedo_run += count;
     }
     let albedo = albedo_decode((world_bricks[albedo_run + (rank >> 1u)] >> ((rank & 1u) * 16u)) & 0xffffu);
-    let e = vec3<f32>(unpack2x16float(words.x), unpack2x16float(words.y).x);
+    let e = unpack_irradiance(words);
     let radiance = mix(rgb9e5_decode(world_bricks[address]), albedo * e * 0.318309886 + emission, brick.alpha);
     let seed = pcg(item ^ pcg(brick.position ^ (push.update * 0x9e3779b9u)));
     let rounding = vec3<f32>(unit_float(pcg(seed)), unit_float(pcg(seed + 1u)), unit_float(pcg(seed + 2u)));

@@ -36,8 +36,7 @@ pub fn voxelize(
         let count = (bricks.len() as u32 - first_brick).min(BATCH_BRICKS);
         frame.dispatch("voxel_mark", [count, 1, 1], VoxelMarkPush { first_brick });
         frame.dispatch_indirect("voxelize", "voxel_args", VoxelizePush { first_brick, emission_max });
-        let push =
-            FaceResolvePush { first_brick, payload_first: 0, payload_end: payload_words, hit_model: hit_model as u32 };
+        let push = FaceResolvePush { first_brick, payload_words, hit_model: hit_model as u32 };
         frame.dispatch("face_resolve", [count, 1, 1], push);
     }
 }

@@ -1,7 +1,7 @@
 //! Group "lighting": `face_compact`, `light_direct`, `light_bounce`, `light_store`.
 
 use crate::frame::Frame;
-use crate::gpu::shared::{FaceCompactPush, LightBrick, LightPush};
+use crate::gpu::shared::{LightBrick, LightPush};
 
 /// Lights `face_count` faces of the chosen bricks `sweeps` times; `first_update` numbers the sweeps over time.
 pub fn light(
@@ -15,9 +15,9 @@ pub fn light(
 ) {
     frame.upload.push("light_bricks", bricks);
     let groups = face_count.div_ceil(64);
-    frame.dispatch("face_compact", [bricks.len() as u32, 1, 1], FaceCompactPush { first_brick: 0 });
+    frame.dispatch("face_compact", [bricks.len() as u32, 1, 1], [0u32; 0]);
     for sweep in 0..sweeps {
-        let push = LightPush { first_face: 0, face_count, update: first_update + sweep };
+        let push = LightPush { face_count, update: first_update + sweep };
         // Without bounces it still clears what the sweep before left.
         if has_lights || !bounces {
             frame.dispatch("light_direct", [groups, 1, 1], push);
