@@ -135,6 +135,9 @@ typedef struct BgiSettings {
     uint32_t probeTile;
     /// Frames that the full-resolution temporal filter averages at most, 1 to 256; 1 turns it off; default 64.
     uint32_t temporalFrames;
+    /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
+    /// that probes are judged against; costs width * height * pixelRays rays a frame.
+    uint32_t pixelRays;
 } BgiSettings;
 
 /// Severity of a log line: one of BGI_LOG_*.

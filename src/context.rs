@@ -282,6 +282,7 @@ impl Context {
             tile_size: self.settings.probe_tile,
             clear_depth: inputs.clear_depth,
             history_max: self.world.history_max(&self.settings),
+            pixel_rays: self.settings.pixel_rays,
         };
         let view = self.views.get_mut(&inputs.view.0).expect("found above");
         let uniform = view.uniform(&camera, eye - self.world.window_voxels(), &shape);

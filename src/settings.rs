@@ -52,6 +52,9 @@ pub struct Settings {
     pub probe_tile: u32,
     /// Frames that the full-resolution temporal filter averages at most, 1 to 256; 1 turns it off; default 64.
     pub temporal_frames: u32,
+    /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
+    /// that probes are judged against; costs `width * height * pixel_rays` rays a frame.
+    pub pixel_rays: u32,
 }
 
 impl Default for Settings {
@@ -68,6 +71,7 @@ impl Default for Settings {
             hit_model: HitModel::Plane,
             probe_tile: 16,
             temporal_frames: 64,
+            pixel_rays: 0,
         }
     }
 }
@@ -107,6 +111,7 @@ impl Settings {
         in_range(self.bounce_rays <= 64, "bounce_rays must be 0 to 64")?;
         in_range((1..=16).contains(&self.direct_samples), "direct_samples must be 1 to 16")?;
         in_range(matches!(self.probe_tile, 8 | 16 | 32), "probe_tile must be 8, 16 or 32")?;
-        in_range((1..=256).contains(&self.temporal_frames), "temporal_frames must be 1 to 256")
+        in_range((1..=256).contains(&self.temporal_frames), "temporal_frames must be 1 to 256")?;
+        in_range(self.pixel_rays <= 1024, "pixel_rays must be 0 to 1024")
     }
 }

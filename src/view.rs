@@ -75,6 +75,7 @@ impl View {
             stride: self.size.x,
             tile_size: frame.tile_size,
             history_max: frame.history_max,
+            pixel_rays: frame.pixel_rays,
             ..ViewUniform::default()
         };
         if let Some((previous, previous_size)) = self.previous {
@@ -122,6 +123,7 @@ pub struct FrameShape {
     pub tile_size: u32,
     pub clear_depth: f32,
     pub history_max: u32,
+    pub pixel_rays: u32,
 }
 
 fn projection(camera: &Camera) -> DMat4 {

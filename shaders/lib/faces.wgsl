@@ -67,11 +67,11 @@ fn face_point(face: Face, u: vec2<f32>, seed: u32) -> vec4<f32> {
     let corner = vec3<f32>(face.cell);
     if frame.hit_model == 1u { return vec4<f32>(corner + cube_point(face, u), 1.0); }
     let mask = voxel_mask(face.voxel, face.side);
-    let middle = plane_point(face, mask_middle(mask));
+    let middle = on_plane(face.plane, axis, mask_middle(mask));
     let lift = face.plane.normal * 0.02;
     var place = u;
     for (var attempt = 0u; attempt < 6u; attempt++) {
-        var p = plane_point(face, covered_place(mask, place));
+        var p = on_plane(face.plane, axis, covered_place(mask, place));
         place = r2(seed, attempt);
         var hider = hiding_side(face, p + lift, middle);
         if hider != NONE {
@@ -90,17 +90,6 @@ fn face_point(face: Face, u: vec2<f32>, seed: u32) -> vec4<f32> {
     return vec4<f32>(0.0);
 }
 
-// Mean place of a mask's set cells.
-fn mask_middle(mask: u32) -> vec2<f32> {
-    var sum = vec2<f32>(0.0);
-    for (var k = 0u; k < 4u; k++) {
-        let columns = f32(countOneBits(mask & (0x1111u << k)));
-        let rows = f32(countOneBits(mask & (0xfu << (4u * k))));
-        sum += vec2<f32>(columns, rows) * (f32(k) + 0.5);
-    }
-    return sum * 0.25 / f32(max(countOneBits(mask), 1u));
-}
-
 // Maps the unit square to the set cells of a coverage mask, evenly.
 fn covered_place(mask: u32, u: vec2<f32>) -> vec2<f32> {
     if mask == 0xffffu || mask == 0u { return u; }
@@ -110,15 +99,6 @@ fn covered_place(mask: u32, u: vec2<f32>) -> vec2<f32> {
     for (var skip = u32(pick); skip > 0u; skip--) { rest &= rest - 1u; }
     let bit = firstTrailingBit(rest);
     return (vec2<f32>(f32(bit & 3u), f32(bit >> 2u)) + vec2<f32>(fract(pick), u.y)) * 0.25;
-}
-
-fn plane_point(face: Face, u: vec2<f32>) -> vec3<f32> {
-    let axis = face.side >> 1u;
-    var p = vec3<f32>(0.0);
-    p[axis_u(axis)] = u.x;
-    p[axis_v(axis)] = u.y;
-    p[axis] = (face.plane.offset - dot(face.plane.normal, p)) / face.plane.normal[axis];
-    return p;
 }
 
 fn cube_point(face: Face, u: vec2<f32>) -> vec3<f32> {

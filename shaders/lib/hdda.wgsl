@@ -19,12 +19,27 @@ struct Hit {
     cell: vec3<i32>,
 }
 
+// Where a ray starts.
+struct Start {
+    // Grid space.
+    point: vec3<f32>,
+    // Of the surface there, or zero: none.
+    normal: vec3<f32>,
+    // How far, in voxels, the point may be off the surface that the planes describe.
+    error: f32,
+}
+
+// From a pixel or a probe, whose surface is the host's own.
+const PIXEL_ERROR: f32 = 0.02;
+// From a face, whose plane is a mean.
+const FACE_ERROR: f32 = 0.25;
+
 // Bound on the cells that a ray visits: every voxel on the longest way through the largest window (64 groups a side).
 const MAX_STEPS: u32 = 6144u;
 
-// Traces from `origin` (grid space) along a unit `direction` up to `t_max` voxels. `n_origin` is the surface's normal at
-// the origin, or zero: opposing planes nearer than a quarter voxel behind it are not hit.
-fn trace(origin: vec3<f32>, direction: vec3<f32>, n_origin: vec3<f32>, t_max: f32) -> Hit {
+// Traces along a unit `direction` up to `t_max` voxels.
+fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
+    let origin = start.point;
     let d = select(direction, vec3<f32>(1e-7), abs(direction) < vec3<f32>(1e-7));
     let inverse = 1.0 / d;
     let forward = vec3<i32>(d > vec3<f32>(0.0));
@@ -116,10 +131,11 @@ fn trace(origin: vec3<f32>, direction: vec3<f32>, n_origin: vec3<f32>, t_max: f3
                 let s1 = dot(plane.normal, p_out) - plane.offset;
                 front[axis] = s1 > 0.0;
                 if s1 > 0.0 || (s0 < select(-0.05, 1e-4, first) && !was) { continue; }
-                if t < 2.0 && dot(plane.normal, n_origin) < -0.9
-                    && dot(plane.normal, origin - base) - plane.offset < 0.25 { continue; }
                 let t_cross = t - max(s0, 0.0) / facing;
-                if !covers(voxel, side, origin + d * t_cross - base) { continue; }
+                let p_cross = origin + d * t_cross - base;
+                if !covers(voxel, side, p_cross) { continue; }
+                if t < START_REACH && (is_behind_start(voxel, side, plane, origin - base, start)
+                    || is_beyond_edge(voxel, side, plane, p_cross, origin - base)) { continue; }
                 // True crossings come before those within the tolerance.
                 let order = t_cross + select(0.0, 64.0, s0 < 0.0 && !was);
                 if order < best_order {
@@ -152,6 +168,21 @@ fn trace(origin: vec3<f32>, direction: vec3<f32>, n_origin: vec3<f32>, t_max: f3
         cell = next;
     }
     return Hit(MISS, t_max, NONE, 0u, vec3<i32>(0));
+}
+
+// Planes within this distance of the start (voxels) are checked for being the start's own surface.
+const START_REACH: f32 = 2.0;
+
+// Whether a plane that faces the start (`p` in the plane's voxel) is the back of the start's own surface: what opposes
+// the start's normal and is not far enough in front of it. A sheet's back is that at any angle, for a sheet that bends
+// in the voxel has its start off both mean planes.
+fn is_behind_start(v: Voxel, side: u32, plane: Plane, p: vec3<f32>, start: Start) -> bool {
+    let along = dot(plane.normal, start.normal);
+    let height = dot(plane.normal, p) - plane.offset;
+    if along > -0.1 || height >= 0.25 { return false; }
+    // Parallel to the start's surface: as exact as the start.
+    if along < -0.9995 { return height < start.error; }
+    return along < -0.9 || is_sheet(v, side, plane);
 }
 
 // Cube hits: the entered side if it is lit, else the own side that looks at the ray most.

@@ -19,6 +19,50 @@ fn before_opposite(v: Voxel, side: u32, p: vec3<f32>) -> bool {
     return dot(back.normal, p) > back.offset && covers(v, other, p);
 }
 
+// Whether a side's plane and that of the opposite side are the two sides of a sheet.
+fn is_sheet(v: Voxel, side: u32, plane: Plane) -> bool {
+    if !has_side(v, side ^ 1u) { return false; }
+    let back = voxel_plane(v, side ^ 1u);
+    return dot(back.normal, plane.normal) < -0.98 && abs(back.offset + plane.offset) < 0.05;
+}
+
+// Whether p, on one side of a sheet and in a set cell, lies beyond the edge at which the sheet bends away: cells are
+// coarser than surfaces, and what sticks out would shade the surface that the sheet goes on as, where the ray starts.
+fn is_beyond_edge(v: Voxel, side: u32, plane: Plane, p: vec3<f32>, start: vec3<f32>) -> bool {
+    let mask = voxel_mask(v, side);
+    if mask == 0xffffu || !is_sheet(v, side, plane) { return false; }
+    let middle = on_plane(plane, side >> 1u, mask_middle(mask));
+    for (var other = 0u; other < 6u; other++) {
+        if (other >> 1u) == (side >> 1u) || !has_side(v, other) { continue; }
+        let edge = voxel_plane(v, other);
+        if dot(edge.normal, p) - edge.offset < 0.002 || dot(edge.normal, middle) > edge.offset
+            || dot(edge.normal, start) <= edge.offset || !is_sheet(v, other, edge) { continue; }
+        // Half a coverage cell off the plane: its own cell may be the first that the other side leaves open.
+        if covers(v, other, p) || covers(v, other, p + 0.12 * plane.normal) { return true; }
+    }
+    return false;
+}
+
+// Mean place of a mask's set cells.
+fn mask_middle(mask: u32) -> vec2<f32> {
+    var sum = vec2<f32>(0.0);
+    for (var k = 0u; k < 4u; k++) {
+        let columns = f32(countOneBits(mask & (0x1111u << k)));
+        let rows = f32(countOneBits(mask & (0xfu << (4u * k))));
+        sum += vec2<f32>(columns, rows) * (f32(k) + 0.5);
+    }
+    return sum * 0.25 / f32(max(countOneBits(mask), 1u));
+}
+
+// The point of an axis's plane at a place of the voxel's cross-section.
+fn on_plane(plane: Plane, axis: u32, place: vec2<f32>) -> vec3<f32> {
+    var p = vec3<f32>(0.0);
+    p[axis_u(axis)] = place.x;
+    p[axis_v(axis)] = place.y;
+    p[axis] = (plane.offset - dot(plane.normal, p)) / plane.normal[axis];
+    return p;
+}
+
 // Whether a wall of `v` (not of axis `axis`) stands between a and b, both in grid space.
 fn separated(v: Voxel, cell: vec3<i32>, axis: u32, a: vec3<f32>, b: vec3<f32>) -> bool {
     for (var side = 0u; side < 6u; side++) {
@@ -33,10 +77,7 @@ fn separated(v: Voxel, cell: vec3<i32>, axis: u32, a: vec3<f32>, b: vec3<f32>) -
 
 // Where a face's plane stands at the middle of its voxel, grid space.
 fn plane_middle(plane: Plane, cell: vec3<i32>, axis: u32) -> vec3<f32> {
-    var p = vec3<f32>(0.5);
-    p[axis] = 0.0;
-    p[axis] = clamp((plane.offset - dot(plane.normal, p)) / plane.normal[axis], 0.0, 1.0);
-    return vec3<f32>(cell) + p;
+    return vec3<f32>(cell) + clamp(on_plane(plane, axis, vec2<f32>(0.5)), vec3<f32>(0.0), vec3<f32>(1.0));
 }
 
 // Radiance for a hit at `hit` (grid space) on a closed, unlit face: of the nearest in-plane neighbour of the same

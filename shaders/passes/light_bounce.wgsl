@@ -24,7 +24,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var r = 0u; r < frame.bounce_rays; r++) {
         let index = push.update * frame.bounce_rays + r;
         let direction = cosine_direction(normal, r2(face.seed, index));
-        e += hit_radiance(trace(start.xyz, direction, normal, 1e6));
+        e += hit_radiance(trace(Start(start.xyz, normal, FACE_ERROR), direction, 1e6));
     }
     face_irradiance[id.x] = pack_irradiance(unpack_irradiance(words) + e * (3.14159265 / f32(frame.bounce_rays)));
 }

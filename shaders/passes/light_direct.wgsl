@@ -37,6 +37,6 @@ fn light_at(light: Light, p: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
         strength = 1.0 / (metres * metres);
     }
     let cosine = dot(normal, to_light);
-    if cosine <= 0.0 || trace(p, to_light, normal, reach).kind == HIT { return vec3<f32>(0.0); }
+    if cosine <= 0.0 || trace(Start(p, normal, FACE_ERROR), to_light, reach).kind == HIT { return vec3<f32>(0.0); }
     return light.color * (strength * cosine);
 }

@@ -19,6 +19,8 @@ var<immediate> push: ViewPush;
 
 // Nearer than this (voxels) a pixel looks for itself: probes stand too far apart for contacts.
 const NEAR: f32 = 2.0;
+// Rays of a pixel for which no probe stands.
+const FALLBACK_RAYS: u32 = 4u;
 const PI: f32 = 3.14159265;
 
 @compute @workgroup_size(8, 8)
@@ -45,23 +47,30 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 // Irradiance, and how much it counts in the average over time: probes move, and a pixel trusts the frames in which one
 // stands close to it.
 fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
-    let origin = view.camera + surface.position / frame.voxel_size + surface.normal * 0.001;
+    let start = pixel_start(surface);
     let seed = pcg(at);
-    let far = gather_probes(pixel, surface);
+    var far = vec4<f32>(0.0);
+    if view.pixel_rays == 0u { far = gather_probes(pixel, surface); }
     if far.w > 1e-3 {
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index));
-        let near = trace(origin, direction, surface.normal, NEAR);
+        let near = trace(start, direction, NEAR);
         let weight = clamp(far.w, 0.02, 1.0);
         if near.kind == MISS { return vec4<f32>(far.xyz / far.w, weight); }
         return vec4<f32>(PI * hit_radiance(near), weight);
     }
     // No probe stands for the pixel: rays of its own into the world cache.
+    let rays = select(FALLBACK_RAYS, view.pixel_rays, view.pixel_rays > 0u);
     var e = vec3<f32>(0.0);
-    for (var r = 0u; r < 4u; r++) {
-        let direction = cosine_direction(surface.normal, r2(seed, push.frame_index * 4u + r));
-        e += hit_radiance(trace(origin, direction, surface.normal, 1e6));
+    for (var r = 0u; r < rays; r++) {
+        let direction = cosine_direction(surface.normal, r2(seed, push.frame_index * rays + r));
+        e += hit_radiance(trace(start, direction, 1e6));
     }
-    return vec4<f32>(e * (PI / 4.0), 1.0);
+    return vec4<f32>(e * (PI / f32(rays)), 1.0);
+}
+
+fn pixel_start(surface: Surface) -> Start {
+    let point = view.camera + surface.position / frame.voxel_size + surface.normal * 0.001;
+    return Start(point, surface.normal, PIXEL_ERROR);
 }
 
 // Weighted irradiance and weight of the four probes around a pixel: distance on screen, plane distance, normal.

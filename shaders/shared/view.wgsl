@@ -25,4 +25,6 @@ struct View {
     camera_delta: vec3<f32>,
     // Rendered region of the last frame: width | height << 16.
     previous_size: u32,
+    // Rays of each pixel into the world instead of probes; 0: probes.
+    pixel_rays: u32,
 }

@@ -6,7 +6,8 @@ struct TestRay {
     origin: vec3<f32>,
     t_max: f32,
     direction: vec3<f32>,
-    unused: u32,
+    // As Start.error.
+    start_error: f32,
     // Of the surface at the origin, or zero.
     normal: vec3<f32>,
 }
@@ -26,6 +27,6 @@ struct TestHit {
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= arrayLength(&rays) { return; }
     let ray = rays[id.x];
-    let hit = trace(ray.origin, ray.direction, ray.normal, ray.t_max);
+    let hit = trace(Start(ray.origin, ray.normal, ray.start_error), ray.direction, ray.t_max);
     ray_hits[id.x] = TestHit(hit.kind, hit.t, hit.light, hit.side, hit.cell);
 }

@@ -55,6 +55,9 @@ pub struct BgiSettings {
     pub probe_tile: u32,
     /// Frames that the full-resolution temporal filter averages at most, 1 to 256; 1 turns it off; default 64.
     pub temporal_frames: u32,
+    /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
+    /// that probes are judged against; costs width * height * pixelRays rays a frame.
+    pub pixel_rays: u32,
 }
 
 structure_types! { BgiSettings = BGI_STRUCTURE_TYPE_SETTINGS }
@@ -75,6 +78,7 @@ impl From<Settings> for BgiSettings {
             hit_model: from.hit_model as u32,
             probe_tile: from.probe_tile,
             temporal_frames: from.temporal_frames,
+            pixel_rays: from.pixel_rays,
         }
     }
 }
@@ -98,6 +102,7 @@ impl BgiSettings {
             },
             probe_tile: self.probe_tile,
             temporal_frames: self.temporal_frames,
+            pixel_rays: self.pixel_rays,
         })
     }
 }

@@ -1,9 +1,9 @@
 //! Twin of lib/surface.wgsl: the light of a hit on a closed face.
 
 use super::layout::{Face, Voxel};
-use super::pack::{Plane, plane_decode, side_step};
+use super::pack::{Plane, axis_u, axis_v, mask_bit, plane_decode, side_step};
 use super::world::World;
-use glam::{DVec3, IVec3};
+use glam::{DVec2, DVec3, IVec3};
 
 /// A lit side: cell and side.
 pub type Lit = (IVec3, usize);
@@ -12,6 +12,33 @@ impl Voxel {
     /// The plane that a side stores.
     pub fn plane(&self, side: usize) -> Option<Plane> {
         self.faces[side].map(|face: Face| plane_decode(side, face.plane))
+    }
+
+    /// Whether a side's plane and that of the opposite side are the two sides of a sheet; `error` as that of a ray.
+    pub fn is_sheet(&self, side: usize, plane: Plane, error: DVec3) -> bool {
+        let error = error[side >> 1];
+        self.plane(side ^ 1).is_some_and(|back| {
+            back.normal.dot(plane.normal) + error < -0.98 && (back.offset + plane.offset + error).abs() < 0.05
+        })
+    }
+
+    /// Whether `p`, on one side of a sheet, lies beyond the edge at which the sheet bends away, in front of which the ray
+    /// starts.
+    pub fn is_beyond_edge(&self, side: usize, plane: Plane, p: DVec3, start: DVec3, error: DVec3) -> bool {
+        let Some(mask) = self.faces[side].map(|face| face.mask).filter(|mask| *mask != 0xffff) else { return false };
+        if !self.is_sheet(side, plane, error) {
+            return false;
+        }
+        let middle = on_plane(plane, side >> 1, mask_middle(mask));
+        let covers = |other: usize, p: DVec3| {
+            self.faces[other].is_some_and(|face| face.mask >> mask_bit(other >> 1, p) & 1 == 1)
+        };
+        (0..6).filter(|other| other >> 1 != side >> 1).any(|other| {
+            let Some(edge) = self.plane(other) else { return false };
+            let height = |p: DVec3| edge.height(p) + error[other >> 1];
+            let ends = height(p) >= 0.002 && height(middle) <= 0.0 && height(start) > 0.0;
+            ends && self.is_sheet(other, edge, error) && (covers(other, p) || covers(other, p + 0.12 * plane.normal))
+        })
     }
 }
 
@@ -94,8 +121,20 @@ fn separated(voxel: &Voxel, cell: IVec3, axis: usize, a: DVec3, b: DVec3) -> boo
 
 /// Where a plane stands at the middle of its voxel, grid space.
 fn middle(plane: Plane, cell: IVec3, axis: usize) -> DVec3 {
-    let mut p = DVec3::splat(0.5);
-    p[axis] = 0.0;
-    p[axis] = ((plane.offset - plane.normal.dot(p)) / plane.normal[axis]).clamp(0.0, 1.0);
-    cell.as_dvec3() + p
+    cell.as_dvec3() + on_plane(plane, axis, DVec2::splat(0.5)).clamp(DVec3::ZERO, DVec3::ONE)
+}
+
+/// The point of an axis's plane at a place of the voxel's cross-section.
+fn on_plane(plane: Plane, axis: usize, place: DVec2) -> DVec3 {
+    let mut p = DVec3::ZERO;
+    (p[axis_u(axis)], p[axis_v(axis)]) = (place.x, place.y);
+    p[axis] = (plane.offset - plane.normal.dot(p)) / plane.normal[axis];
+    p
+}
+
+/// Mean place of a mask's set cells.
+fn mask_middle(mask: u16) -> DVec2 {
+    let set = (0..16).filter(|k| mask >> k & 1 == 1);
+    let sum: DVec2 = set.map(|k| DVec2::new(f64::from(k & 3), f64::from(k >> 2)) + 0.5).sum();
+    sum * 0.25 / f64::from(mask.count_ones().max(1))
 }

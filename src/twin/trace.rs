@@ -1,7 +1,7 @@
 //! Twin of lib/hdda.wgsl: marches through every voxel on the way, one at a time.
 
 use super::layout::Voxel;
-use super::pack::{mask_bit, side_sign};
+use super::pack::{Plane, mask_bit, side_sign};
 use super::surface::{ClosedHit, Lit};
 use super::world::World;
 use crate::settings::HitModel;
@@ -15,6 +15,8 @@ pub struct Ray {
     pub direction: DVec3,
     /// Of the surface at the origin, or zero.
     pub normal: DVec3,
+    /// How far the origin may be off the surface that the planes describe.
+    pub start_error: f64,
     pub t_max: f64,
     /// Added to the offsets and cosines of each axis's planes: zero, or an error whose effect is to be seen.
     pub error: DVec3,
@@ -107,12 +109,15 @@ fn hit_planes(world: &World, voxel: &Voxel, ray: &Ray, step: &Step, front: &mut 
         if s1 > 0.0 || (s0 < nearest && !was) {
             continue;
         }
-        let opposes = step.t_in < 2.0 && plane.normal.dot(ray.normal) < -0.9;
-        if opposes && plane.height(at(0.0)) < 0.25 {
-            continue;
-        }
         let t = step.t_in - s0.max(0.0) / facing;
         if face.mask >> mask_bit(axis, at(t)) & 1 == 0 {
+            continue;
+        }
+        let near = step.t_in < 2.0;
+        if near
+            && (is_behind_start(voxel, side, plane, at(0.0), ray)
+                || voxel.is_beyond_edge(side, plane, at(t), at(0.0), ray.error))
+        {
             continue;
         }
         // True crossings come before those within the tolerance.
@@ -134,6 +139,16 @@ fn hit_planes(world: &World, voxel: &Voxel, ray: &Ray, step: &Step, front: &mut 
     };
     let light = if voxel.is_lit(side) { Some((step.cell, side)) } else { closed.light(world) };
     Some(Hit { t, cell: step.cell, side, light })
+}
+
+/// Whether a plane that faces the start (`p`) is the back of the start's own surface.
+fn is_behind_start(voxel: &Voxel, side: usize, plane: Plane, p: DVec3, ray: &Ray) -> bool {
+    let along = plane.normal.dot(ray.normal) + ray.error[side >> 1];
+    let height = plane.height(p);
+    if along > -0.1 || height >= 0.25 {
+        return false;
+    }
+    if along < -0.9995 { height < ray.start_error } else { along < -0.9 || voxel.is_sheet(side, plane, ray.error) }
 }
 
 /// The entered side if it is lit, else the own side that looks at the ray most.

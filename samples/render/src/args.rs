@@ -56,6 +56,9 @@ pub struct Args {
     /// Frames that the temporal filter averages at most
     #[arg(long)]
     pub temporal_frames: Option<u32>,
+    /// Rays of each pixel and frame into the world, instead of probes; 0: probes
+    #[arg(long)]
+    pub pixel_rays: Option<u32>,
     /// Command buffers on the GPU at once
     #[arg(long, default_value_t = 2)]
     pub frames_in_flight: u32,
@@ -107,6 +110,7 @@ impl Args {
             },
             probe_tile: self.probe_tile.unwrap_or(base.probe_tile),
             temporal_frames: self.temporal_frames.unwrap_or(base.temporal_frames),
+            pixel_rays: self.pixel_rays.unwrap_or(base.pixel_rays),
         }
     }
 

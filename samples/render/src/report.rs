@@ -66,6 +66,7 @@ pub struct SettingsEntry {
     hit_model: String,
     probe_tile: u32,
     temporal_frames: u32,
+    pixel_rays: u32,
 }
 
 impl Report {
@@ -110,6 +111,7 @@ impl From<&Settings> for SettingsEntry {
             hit_model: format!("{:?}", settings.hit_model).to_lowercase(),
             probe_tile: settings.probe_tile,
             temporal_frames: settings.temporal_frames,
+            pixel_rays: settings.pixel_rays,
         }
     }
 }

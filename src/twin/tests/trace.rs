@@ -25,6 +25,7 @@ fn trace_on_gpu(gpu: &mut Gpu, packed: &Packed, model: HitModel, rays: &[Ray]) -
             t_max: r.t_max as f32,
             direction: single(r.direction),
             normal: single(r.normal),
+            start_error: r.start_error as f32,
             ..TestRay::default()
         })
         .collect();
@@ -134,7 +135,7 @@ fn a_grazing_ray_reaches_the_far_end_of_the_window() {
     floor_to_a_wall(&mut world);
     let origin = DVec3::new(1.5, 2.5, 1.25);
     let direction = DVec3::new(1.0, 0.0, 0.998).normalize().as_vec3().as_dvec3();
-    let ray = Ray { origin, direction, normal: DVec3::ZERO, t_max: 1e30, error: DVec3::ZERO };
+    let ray = Ray { origin, direction, normal: DVec3::ZERO, start_error: 0.25, t_max: 1e30, error: DVec3::ZERO };
     let expected = trace(&world, HitModel::Plane, &ray).expect("the wall");
     let found = trace_on_gpu(&mut gpu, &world.pack(), HitModel::Plane, &[ray])[0];
     assert_eq!((found.kind, IVec3::from(found.cell)), (1, expected.cell), "{found:?}, not {expected:?}");

@@ -7,24 +7,32 @@ use crate::twin::trace::Ray;
 use crate::twin::world::World;
 use glam::{DVec3, IVec3, UVec3};
 
-/// A voxel with random planes on random sides, some part-filled, some closed.
+/// A voxel with random planes on random sides, some part-filled, some closed, some the
+/// two sides of a sheet.
 fn random_voxel(random: &mut Random, part_filled: f64, closed: f64) -> Voxel {
     let mut voxel = Voxel::default();
     let sure = random.below(6) as usize;
+    let sheet = random.chance(0.2);
     for side in 0..6 {
         if side != sure && random.chance(0.5) {
             continue;
         }
         let tilt = random.unit();
         let normal = (side_step(side).as_dvec3() + random.direction() * tilt * 0.95).normalize();
-        let mask = if random.chance(part_filled) { (random.below(0xffff) + 1) as u16 } else { 0xffff };
-        voxel.faces[side] = Some(Face {
-            plane: plane_encode(side, normal, random.point()),
-            mask,
-            lit: !random.chance(closed),
-            albedo: random.below(0x1_0000) as u16,
-            emission: if random.chance(0.1) { random.next() as u32 } else { 0 },
-        });
+        let point = random.point();
+        let mut put = |side: usize, normal: DVec3| {
+            voxel.faces[side] = Some(Face {
+                plane: plane_encode(side, normal, point),
+                mask: if random.chance(part_filled) { (random.below(0xffff) + 1) as u16 } else { 0xffff },
+                lit: !random.chance(closed),
+                albedo: random.below(0x1_0000) as u16,
+                emission: if random.chance(0.1) { random.next() as u32 } else { 0 },
+            });
+        };
+        put(side, normal);
+        if side & 1 == 1 && sheet {
+            put(side ^ 1, -normal);
+        }
     }
     voxel
 }
@@ -166,7 +174,14 @@ pub fn rays(random: &mut Random, world: &World, count: usize) -> Vec<Ray> {
             let cell = occupied[random.below(occupied.len() as u32) as usize];
             let inside = cell.as_dvec3() + random.point();
             let direction = random_direction(random);
-            let mut ray = Ray { origin: anywhere, direction, normal: DVec3::ZERO, t_max: 1e30, error: DVec3::ZERO };
+            let mut ray = Ray {
+                origin: anywhere,
+                direction,
+                normal: DVec3::ZERO,
+                start_error: 0.25,
+                t_max: 1e30,
+                error: DVec3::ZERO,
+            };
             if index % 3 == 1 {
                 ray.direction = (inside - anywhere).normalize();
             }
@@ -185,6 +200,7 @@ pub fn rays(random: &mut Random, world: &World, count: usize) -> Vec<Ray> {
                 origin: rounded(ray.origin),
                 direction: rounded(ray.direction),
                 normal: rounded(ray.normal),
+                start_error: f64::from(if index % 2 == 0 { 0.02f32 } else { 0.25 }),
                 t_max: f64::from(ray.t_max as f32),
                 ..ray
             }
