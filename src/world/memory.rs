@@ -35,9 +35,9 @@ const PAYLOAD_MIN: u64 = LARGEST_BRICK_BYTES.next_multiple_of(256);
 const TRIANGLES_MIN: u64 = 8 << 10;
 /// Faces by which the lists of lighting grow at least.
 const FACES_STEP: u32 = 1024;
-/// What a brick costs each frame's upload buffer: its place in the list of lighting; its entry, and a third of its
-/// group's words, in `grid_writes`.
-const UPLOAD_BRICK_BYTES: u64 = size_of::<LightBrick>() as u64 + 16;
+/// What a brick costs each frame's upload buffer: its part of the changes to the grid. (The list of the bricks to be lit
+/// makes do with what is free.)
+const UPLOAD_BRICK_BYTES: u64 = 8;
 /// What a frame uploads whatever the world: uniforms, small lists, alignment.
 const UPLOAD_BASE_BYTES: u64 = 4 << 10;
 /// What a view adds to a frame's upload after the world's part.
@@ -63,9 +63,10 @@ impl Shares {
     fn new(settings: &Settings, frames_in_flight: usize) -> Self {
         let (budget, frames) = (settings.memory_budget, frames_in_flight as u64);
         // A brick at a time must always be possible.
-        let least = SCRATCH_BYTES + frames * (PAYLOAD_MIN + TRIANGLES_MIN);
-        let voxelization = (budget / 7).min(VOXELIZATION_MAX).max(least);
-        let batch = (voxelization / 3 / SCRATCH_BYTES).clamp(1, u64::from(BATCH_BRICKS));
+        let frames_min = frames * (PAYLOAD_MIN + TRIANGLES_MIN);
+        let voxelization = (budget / 7).min(VOXELIZATION_MAX).max(SCRATCH_BYTES + frames_min);
+        let side_by_side = (voxelization / 3).min(voxelization - frames_min) / SCRATCH_BYTES;
+        let batch = side_by_side.clamp(1, u64::from(BATCH_BRICKS));
         let faces = u32::try_from(budget / 8 / FACE_BYTES.iter().sum::<u64>()).unwrap_or(u32::MAX);
         let light_faces = settings.light_faces_per_frame.next_multiple_of(FACES_STEP).min(faces & !(FACES_STEP - 1));
         Self {

@@ -350,7 +350,6 @@ impl World {
             self.flights[scope.index].bricks.push(position);
         }
         if batch.is_empty() {
-            self.release_scratch(scope);
             return Ok(());
         }
         self.idle = 0;
