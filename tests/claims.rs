@@ -265,6 +265,24 @@ fn a_world_that_does_not_fit_stays_in_its_budget() {
 }
 
 #[test]
+fn a_camera_that_moves_keeps_the_budget() {
+    let mut host = open_with_budget(SMALL_BUDGET, 3);
+    settle(&mut host, SMALL_BUDGET);
+    let (pages, cameras) = (host.stats().pages, host.scene().cameras.clone());
+    host.set_camera(cameras[1].clone()).expect("the second camera");
+    settle(&mut host, SMALL_BUDGET);
+    // The window leaves the scene, and comes back.
+    let mut away = cameras[0].clone();
+    away.position[0] += 2000.0;
+    host.set_camera(away).expect("a valid camera");
+    settle(&mut host, SMALL_BUDGET);
+    assert_eq!((host.stats().pages, host.stats().bricks_missing), (0, 0));
+    host.set_camera(cameras[0].clone()).expect("the first camera");
+    settle(&mut host, SMALL_BUDGET);
+    assert!(host.stats().pages > pages / 10 * 9, "{} pages of {pages}", host.stats().pages);
+}
+
+#[test]
 fn the_smallest_budget_holds_with_most_frames_in_flight() {
     let mut host = open_with_budget(MIB, 8);
     settle(&mut host, MIB);

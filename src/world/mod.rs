@@ -102,7 +102,7 @@ impl World {
             flights: vec![Flight::default(); frames_in_flight],
             material_index: HashMap::new(),
             materials_wait: false,
-            mean_words: 512.0,
+            mean_words: 1024.0,
             mean_upload: 2048.0,
             updates: 0,
             idle: 0,
