@@ -119,11 +119,15 @@ typedef struct BgiSettings {
     /// World covered, in groups of 32 voxels per axis; powers of two, 1 to 64; default 32 x 8 x 32 (512 x 128 x 512 m
     /// at 0.5 m, Y up). Costs 16 bytes a group.
     uint32_t coverageGroups[3];
-    /// Bricks voxelised a frame while any are waiting, 1 to 4096; default 512. Costs nothing when none waits.
+    /// Bricks voxelised a frame while any are waiting, 1 to 4096; default 512. Fewer where a seventh of memoryBudget
+    /// (8 MiB at most), set aside for this, does not suffice. Costs nothing when none waits.
     uint32_t voxelizeBricksPerFrame;
-    /// Upper limit of the world's device memory in bytes, at least 1 MiB; default 28 MiB.
+    /// Upper limit of the world's device memory in bytes, at least 1 MiB; default 28 MiB. Holds in every frame: what does
+    /// not fit is left out, the farthest first (BGI_WARNING_WORLD_INCOMPLETE). Textures, materials, coverageGroups and
+    /// framesInFlight must leave room for a brick, else BGI_ERROR_OUT_OF_MEMORY.
     uint64_t memoryBudget;
-    /// Voxel faces lit a frame, 64 to 4194240; default 131072. The main cost of lighting.
+    /// Voxel faces lit a frame, 64 to 4194240; default 131072. The main cost of lighting. At most what an eighth of
+    /// memoryBudget holds at 12 bytes a face.
     uint32_t lightFacesPerFrame;
     /// Hemisphere rays a face shoots per lighting update, 0 to 64; default 4. 0 turns radiosity off.
     uint32_t bounceRays;
@@ -413,7 +417,8 @@ typedef struct BgiStats {
     double frameMs;
     /// Out: CPU milliseconds of the latest bgiDispatch.
     double cpuMs;
-    /// Out: device memory of the world in bytes.
+    /// Out: device memory of the world in bytes, upload buffers and what frames in flight still use included: what
+    /// memoryBudget bounds.
     uint64_t worldBytes;
     /// Out: device memory of all views in bytes.
     uint64_t viewBytes;
@@ -425,6 +430,8 @@ typedef struct BgiStats {
     uint32_t bricks;
     /// Out: bricks that should be resident and are not (waiting, or no memory).
     uint32_t bricksMissing;
+    /// Out: those of the missing bricks that are left out because the world does not fit into memoryBudget.
+    uint32_t bricksLeftOut;
     /// Out: lit voxel faces resident.
     uint32_t faces;
     /// Out: allocation units of 64 bytes in use by bricks.
@@ -444,6 +451,10 @@ typedef struct BgiStats {
 
 /// Warning: an array or text of the caller was too small; what fits was written.
 #define BGI_INCOMPLETE 1
+
+/// Warning: the world does not fit into the memory budget of the settings; the farthest bricks are left out. They come
+/// back when memory is freed or the camera moves towards them.
+#define BGI_WARNING_WORLD_INCOMPLETE 2
 
 /// A value is outside its documented range, or a required pointer is NULL or misaligned; the text names the field.
 #define BGI_ERROR_INVALID_ARGUMENT -1
@@ -639,10 +650,12 @@ BgiResult bgiSetCamera(BgiContext context, BgiView view, const struct BgiCamera 
 /// compute pipeline, compute descriptor sets and push constants. Barriers for the library's own buffers are its own.
 /// The handles in `info` must stay valid until the GPU has finished with the command buffer.
 ///
-/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
+/// @return BGI_SUCCESS; BGI_WARNING_WORLD_INCOMPLETE, after all its work, where bricks are left out for lack of memory
+/// (the log says so once, when it begins); BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
 /// BGI_ERROR_OUT_OF_MEMORY, BGI_ERROR_DEVICE_LOST or BGI_ERROR_VULKAN. After an error the host submits the command
 /// buffer or drops it as it likes.
-BgiResult bgiDispatch(BgiContext context, const struct BgiDispatchInfo *info);
+BgiResult bgiDispatch(BgiContext context,
+                      const struct BgiDispatchInfo *info);
 
 /// Reports without waiting for the GPU.
 ///

@@ -6,7 +6,7 @@ use crate::passes;
 use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky};
 use crate::settings::Settings;
 use crate::view::{FrameShape, View};
-use crate::world::World;
+use crate::world::{FrameScope, World};
 use ash::vk;
 use glam::{DVec3, UVec2};
 use std::collections::HashMap;
@@ -106,7 +106,8 @@ pub struct Stats {
     pub passes: Vec<PassTime>,
     /// CPU milliseconds of the latest `dispatch` call.
     pub cpu_ms: f64,
-    /// Device memory of the world in bytes.
+    /// Device memory of the world in bytes, upload buffers and what frames in flight still use included: what the
+    /// memory budget bounds.
     pub world_bytes: u64,
     /// Device memory of all views in bytes.
     pub view_bytes: u64,
@@ -116,6 +117,8 @@ pub struct Stats {
     pub bricks: u32,
     /// Bricks that should be resident and are not (waiting, or no memory).
     pub bricks_missing: u32,
+    /// Those of the missing bricks that are left out because the world does not fit into its memory budget.
+    pub bricks_left_out: u32,
     /// Lit voxel faces resident.
     pub faces: u32,
     /// Allocation units of 64 bytes in use by bricks.
@@ -166,8 +169,9 @@ impl Context {
         }
         // SAFETY: passed on.
         let device = unsafe { Device::new(&desc.device)? };
+        let world = World::new(&desc.settings, desc.frames_in_flight as usize)?;
         let mut context = Self {
-            world: World::new(&desc.settings, desc.frames_in_flight as usize),
+            world,
             scene: Scene::default(),
             views: HashMap::new(),
             next_view: 1,
@@ -274,9 +278,9 @@ impl Context {
         let index = self.frame_index as usize % self.slots.len();
         self.read_back(index)?;
         let eye = self.world.grid.to_voxels(DVec3::from(camera.position));
-        let slot = &mut self.slots[index];
-        let mut frame =
-            self.world.frame(&self.device, slot, index, &self.settings, &mut self.scene, eye, self.frame_index)?;
+        let mut scope = FrameScope::new(&self.device, &self.settings, &mut self.slots, index, self.frame_index);
+        let upload_limit = self.world.frame(&mut scope, &mut self.scene, eye)?;
+        let mut frame = scope.frame;
         let shape = FrameShape {
             size,
             tile_size: self.settings.probe_tile,
@@ -290,9 +294,9 @@ impl Context {
 
         let mut bound = self.world.bindings(index);
         view.bind(inputs, &mut bound);
-        let grown = self.world.take_grown();
-        let player = Player::new(&self.device, &self.pipelines, inputs.command_buffer, bound, grown);
-        player.play(&frame, &mut self.slots[index])?;
+        let replaced = self.world.take_replaced();
+        let player = Player::new(&self.device, &self.pipelines, inputs.command_buffer, bound, replaced);
+        player.play(&frame, &mut self.slots[index], upload_limit)?;
         self.frame_index = self.frame_index.wrapping_add(1);
         self.report(start);
         Ok(())
@@ -318,18 +322,22 @@ impl Context {
 
     fn report(&mut self, start: Instant) {
         let stats = &mut self.stats;
-        stats.resources = self.world.resources();
-        let upload: u64 = self.slots.iter().map(Slot::upload_bytes).sum();
-        stats.resources.push(ResourceSize { name: "upload", bytes: upload });
+        stats.resources = self.world.resources(&self.slots);
         stats.world_bytes = stats.resources.iter().map(|r| r.bytes).sum();
         stats.view_bytes = self.views.values().flat_map(View::sizes).map(|r| r.bytes).sum();
         stats.resources.extend(self.views.values().flat_map(View::sizes));
         stats.bricks = self.world.table.resident();
         stats.bricks_missing = self.world.table.missing();
+        stats.bricks_left_out = self.world.table.left_out();
         stats.faces = self.world.table.faces();
         stats.pages = self.world.table.pages.used();
         stats.frames += 1;
         stats.cpu_ms = start.elapsed().as_secs_f64() * 1e3;
+    }
+
+    /// What the host's developer should know, one readable line each, since the last call; never the same line a frame.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        self.world.take_warnings()
     }
 
     /// What the context holds and did.

@@ -14,8 +14,8 @@ pub enum Groups {
 pub enum Command {
     /// Fills a buffer with zeros.
     Clear(&'static str),
-    /// Copies the old buffer of this name, which has grown, to the start of the new one.
-    Grow(&'static str),
+    /// Copies what is kept of the old buffer of this name into the one that replaces it.
+    Move(&'static str),
     /// Runs a pass; its resources are found by the names in its shader.
     Dispatch {
         /// The pass.

@@ -30,7 +30,7 @@
 //! | `settings.rs` | quality knobs with unit, range and default |
 //! | `scene/` | what the host said: meshes, instances, materials, lights, sky, cameras |
 //! | `bricks/` | which bricks exist, where they lie in memory, which are next; CPU only |
-//! | `world.rs`, `view.rs` | the world's and a view's part of a frame, and their memory on the GPU |
+//! | `world/`, `view.rs` | the world's and a view's part of a frame, and their memory on the GPU |
 //! | `frame.rs` | the frame as a list |
 //! | `passes/` | what goes into the list: inputs, shader, extent |
 //! | `gpu/` | every Vulkan call: device, memory, pipelines, player, timestamps |

@@ -46,6 +46,9 @@ fn bad_pointers_structs_and_counts_are_refused() {
         ("settings: voxel size", ARGUMENT, "voxel", |b| b.create_with(|settings| settings.voxel_size = 0.0)),
         ("settings: NaN", ARGUMENT, "voxel", |b| b.create_with(|settings| settings.voxel_size = f32::NAN)),
         ("settings: coverage", ARGUMENT, "coverage", |b| b.create_with(|settings| settings.coverage_groups[1] = 3)),
+        ("settings: no room for bricks", BGI_ERROR_OUT_OF_MEMORY, "memory_budget", |b| {
+            b.create_with(|settings| (settings.memory_budget, settings.coverage_groups) = (1 << 20, [64; 3]))
+        }),
         ("settings: hit model", ARGUMENT, "hitmodel", |b| b.create_with(|settings| settings.hit_model = 7)),
         ("requirements: NULL", ARGUMENT, "null", |b| unsafe { bgiGetDeviceRequirements(&b.query(), null_mut()) }),
         ("requirements: sType", STRUCTURE, "stype", |b| unsafe { bgiGetDeviceRequirements(&b.query(), &mut zeroed()) }),

@@ -4,7 +4,7 @@
 use super::ExtentAllocator;
 use crate::gpu::shared::GROUP_WORDS;
 use glam::{IVec3, UVec3};
-use std::collections::HashMap;
+use std::collections::BTreeSet;
 
 #[derive(Clone, Copy, Default)]
 struct Group {
@@ -20,7 +20,8 @@ pub struct Grid {
     groups: Vec<Group>,
     entries: Vec<u32>,
     space: ExtentAllocator,
-    writes: HashMap<u32, u32>,
+    /// Groups that have changed since the last [`Grid::take_writes`].
+    changed: BTreeSet<usize>,
 }
 
 impl Grid {
@@ -35,7 +36,7 @@ impl Grid {
             groups: vec![Group::default(); (extent.x * extent.y * extent.z) as usize],
             entries: vec![0; Self::FIRST_ENTRIES as usize],
             space: ExtentAllocator::new(Self::FIRST_ENTRIES / Self::ENTRY_UNIT),
-            writes: HashMap::new(),
+            changed: BTreeSet::new(),
         }
     }
 
@@ -48,10 +49,35 @@ impl Grid {
         self.first_entry_word() + self.entries.len() as u32
     }
 
-    /// Changes since the last call, as pairs of address and value.
+    /// Entries that there is room for.
+    pub fn capacity(&self) -> u32 {
+        self.entries.len() as u32
+    }
+
+    /// Entries that so many bricks ask for: half as many again, as groups have them in units; more where this has
+    /// turned out too few.
+    pub fn entries_for(&self, bricks: u32) -> u32 {
+        let (used, capacity) = (self.space.used() * Self::ENTRY_UNIT, self.capacity());
+        let crowded = if used > capacity / 8 * 7 { capacity + capacity / 2 } else { 0 };
+        (bricks + bricks / 2).max(crowded).next_multiple_of(Self::FIRST_ENTRIES)
+    }
+
+    /// Makes room for more entries; [`Grid::words`] grows with it.
+    pub fn grow(&mut self, entries: u32) {
+        let units = entries.div_ceil(Self::ENTRY_UNIT).max(self.space.capacity());
+        self.space.grow(units);
+        self.entries.resize((units * Self::ENTRY_UNIT) as usize, 0);
+    }
+
+    /// The groups that have changed since the last call, as pairs of address and value.
     pub fn take_writes(&mut self) -> Vec<[u32; 2]> {
-        let mut writes: Vec<[u32; 2]> = self.writes.drain().map(|(at, value)| [at, value]).collect();
-        writes.sort_unstable();
+        let mut writes = Vec::new();
+        for index in std::mem::take(&mut self.changed) {
+            let group = self.groups[index];
+            let (at, first) = (index as u32 * GROUP_WORDS, self.first_entry_word() + group.entries * Self::ENTRY_UNIT);
+            writes.extend([[at, group.mask as u32], [at + 1, (group.mask >> 32) as u32], [at + 2, first]]);
+            writes.extend((first..).zip(self.list(group)).map(|(at, word)| [at, word]));
+        }
         writes
     }
 
@@ -63,18 +89,18 @@ impl Grid {
         (index as usize, child.x | child.y << 2 | child.z << 4)
     }
 
-    /// Enters a brick's first word, or replaces it.
-    pub fn insert(&mut self, brick: IVec3, word: u32) {
+    /// Enters a brick's first word, or replaces it. False, and nothing changed, where there is no room for an entry.
+    pub fn insert(&mut self, brick: IVec3, word: u32) -> bool {
         let (index, bit) = self.place(brick);
         let group = self.groups[index];
-        let rank = (group.mask & ((1u64 << bit) - 1)).count_ones();
-        if group.mask >> bit & 1 == 1 {
-            self.write_entry(group.entries * Self::ENTRY_UNIT + rank, word);
-            return;
-        }
+        let rank = (group.mask & ((1u64 << bit) - 1)).count_ones() as usize;
         let mut list = self.list(group);
-        list.insert(rank as usize, word);
-        self.store(index, group.mask | 1 << bit, &list);
+        if group.mask >> bit & 1 == 1 {
+            list[rank] = word;
+        } else {
+            list.insert(rank, word);
+        }
+        self.store(index, group.mask | 1 << bit, &list)
     }
 
     /// Takes a brick out.
@@ -85,7 +111,8 @@ impl Grid {
             let rank = (group.mask & ((1u64 << bit) - 1)).count_ones();
             let mut list = self.list(group);
             list.remove(rank as usize);
-            self.store(index, group.mask & !(1 << bit), &list);
+            let stored = self.store(index, group.mask & !(1 << bit), &list);
+            debug_assert!(stored, "a shorter list fits where the longer one was");
         }
     }
 
@@ -94,46 +121,31 @@ impl Grid {
         self.entries[first..first + group.mask.count_ones() as usize].to_vec()
     }
 
-    fn store(&mut self, index: usize, mask: u64, list: &[u32]) {
+    fn store(&mut self, index: usize, mask: u64, list: &[u32]) -> bool {
         let group = self.groups[index];
         let units = (list.len() as u32).div_ceil(Self::ENTRY_UNIT);
         let mut entries = group.entries;
-        if units != group.units {
-            if group.units > 0 {
-                self.space.free(group.entries, group.units);
-            }
-            entries = if units > 0 { self.allocate(units) } else { 0 };
+        if units > group.units {
+            let Some(start) = self.space.allocate(units) else { return false };
+            entries = start;
+        }
+        // A shorter list keeps its place and gives back the end of it.
+        let (kept, first) = if units > group.units { (0, group.entries) } else { (units, group.entries + units) };
+        if group.units > kept {
+            self.space.free(first, group.units - kept);
         }
         self.groups[index] = Group { mask, entries, units };
-        for (i, word) in list.iter().enumerate() {
-            self.write_entry(entries * Self::ENTRY_UNIT + i as u32, *word);
-        }
-        let at = index as u32 * GROUP_WORDS;
-        self.writes.insert(at, mask as u32);
-        self.writes.insert(at + 1, (mask >> 32) as u32);
-        self.writes.insert(at + 2, self.first_entry_word() + entries * Self::ENTRY_UNIT);
-    }
-
-    fn allocate(&mut self, units: u32) -> u32 {
-        loop {
-            if let Some(start) = self.space.allocate(units) {
-                return start;
-            }
-            let capacity = self.space.capacity() * 2;
-            self.space.grow(capacity);
-            self.entries.resize((capacity * Self::ENTRY_UNIT) as usize, 0);
-        }
-    }
-
-    fn write_entry(&mut self, entry: u32, word: u32) {
-        self.entries[entry as usize] = word;
-        self.writes.insert(self.first_entry_word() + entry, word);
+        let first = (entries * Self::ENTRY_UNIT) as usize;
+        self.entries[first..first + list.len()].copy_from_slice(list);
+        self.changed.insert(index);
+        true
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::HashMap;
 
     /// What the writes add up to gives every brick its word, whatever the history.
     #[test]
@@ -149,7 +161,7 @@ mod tests {
                 grid.remove(brick);
                 expected.remove(&brick);
             } else {
-                grid.insert(brick, step + 1);
+                assert!(grid.insert(brick, step + 1), "4 096 entries hold 256 bricks");
                 expected.insert(brick, step + 1);
             }
             for [at, value] in grid.take_writes() {

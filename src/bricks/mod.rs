@@ -7,5 +7,5 @@ mod table;
 
 pub use allocator::ExtentAllocator;
 pub use grid::Grid;
-pub use primitives::{PrimitiveIndex, WorldGrid};
+pub use primitives::{MAX_TRIANGLES, PrimitiveIndex, WorldGrid};
 pub use table::{BrickTable, Finished};

@@ -19,6 +19,11 @@ impl WorldGrid {
     pub fn to_voxels(self, p: DVec3) -> DVec3 {
         p / self.voxel_size - self.offset
     }
+
+    /// Voxels to world metres.
+    pub fn to_world(self, p: DVec3) -> DVec3 {
+        (p + self.offset) * self.voxel_size
+    }
 }
 
 /// Voxels around a brick that also decide about its faces.
@@ -88,13 +93,18 @@ impl PrimitiveIndex {
         self.touched.clear();
     }
 
+    /// Whether a brick holds triangles.
+    pub fn holds(&self, brick: IVec3) -> bool {
+        self.bricks.contains_key(&brick)
+    }
+
     /// Bricks that hold triangles.
     pub fn bricks(&self) -> impl Iterator<Item = IVec3> {
         self.bricks.keys().copied()
     }
 
     /// A brick's triangles as `lib/triangles.wgsl` reads them: corners in brick space, moved into the solid by
-    /// [`TIE_SHIFT`]; texture coordinates; material and sidedness.
+    /// [`TIE_SHIFT`]; texture coordinates; material and sidedness. False if there are more than [`MAX_TRIANGLES`].
     pub fn triangles(
         &self,
         brick: IVec3,
@@ -102,8 +112,9 @@ impl PrimitiveIndex {
         grid: &WorldGrid,
         materials: &HashMap<u64, u32>,
         out: &mut Vec<[f32; 16]>,
-    ) {
-        for p in self.bricks.get(&brick).into_iter().flatten().take(MAX_TRIANGLES) {
+    ) -> bool {
+        let list = self.bricks.get(&brick).map_or(&[][..], Vec::as_slice);
+        for p in list.iter().take(MAX_TRIANGLES) {
             let instance = &scene.instances[&p.instance];
             let mesh = &scene.meshes[&instance.mesh];
             let origin = brick.as_dvec3() * 8.0;
@@ -136,6 +147,7 @@ impl PrimitiveIndex {
                 uv[5],
             ]);
         }
+        list.len() <= MAX_TRIANGLES
     }
 }
 

@@ -5,8 +5,8 @@ use crate::gpu::shared::{BrickCopy, BrickResult, LightBrick, NONE, PAGE_WORDS};
 use glam::{DVec3, IVec3, UVec3};
 use std::collections::{HashMap, HashSet};
 
-/// Bricks that found no memory are tried again when the camera has moved this far.
-const RETRY_VOXELS: f64 = 64.0;
+/// Who gets memory is decided again when the camera has moved this far, in bricks.
+const ANCHOR_BRICKS: f64 = 4.0;
 
 /// Bricks lit in one frame at most: one workgroup each.
 const CHOSEN_MAX: usize = 65_535;
@@ -34,6 +34,10 @@ pub struct Finished {
 }
 
 /// All bricks of the world.
+///
+/// Where memory does not suffice, the nearest bricks get it. *Near* is meant from the anchor, which follows the camera
+/// in steps, so that two bricks do not take each other's place for ever. What lies within `reach` of it is voxelised;
+/// what lies beyond waits, untouched, until memory has been freed or the anchor moves.
 pub struct BrickTable {
     pub grid: Grid,
     /// Pages of `world_bricks`.
@@ -42,34 +46,39 @@ pub struct BrickTable {
     /// Low corner of the window, in groups.
     window: Option<IVec3>,
     resident: HashMap<IVec3, Brick>,
-    waiting: HashSet<IVec3>,
+    /// To be voxelised, with the pages that they will take where an earlier try has told.
+    waiting: HashMap<IVec3, Option<u32>>,
     in_flight: HashSet<IVec3>,
     /// Touched again while in flight.
     dirty: HashSet<IVec3>,
-    /// No memory for these.
-    refused: HashSet<IVec3>,
-    /// Where the camera was (voxels) when they were last tried.
-    refused_from: DVec3,
+    /// Their triangles alone need more memory than there is.
+    oversized: HashSet<IVec3>,
+    /// Bricks.
+    anchor: DVec3,
+    /// Distance from the anchor, squared; infinite while everything fits.
+    reach: f64,
+    /// Memory has been freed, or the anchor has moved: `reach` may be too short.
+    freed: bool,
     faces: u32,
 }
 
 impl BrickTable {
-    /// An empty table over `extent` groups, with room for `pages` pages.
-    pub fn new(extent: UVec3, pages: u32) -> Self {
-        let (resident, waiting, in_flight, dirty, refused) = Default::default();
-        let grid = Grid::new(extent);
-        let pages = ExtentAllocator::new(pages);
+    /// An empty table over `extent` groups, without pages.
+    pub fn new(extent: UVec3) -> Self {
+        let (resident, waiting, in_flight, dirty, oversized) = Default::default();
         Self {
-            grid,
-            pages,
+            grid: Grid::new(extent),
+            pages: ExtentAllocator::new(0),
             extent,
             window: None,
             resident,
             waiting,
             in_flight,
             dirty,
-            refused,
-            refused_from: DVec3::ZERO,
+            oversized,
+            anchor: DVec3::INFINITY,
+            reach: f64::INFINITY,
+            freed: false,
             faces: 0,
         }
     }
@@ -86,8 +95,32 @@ impl BrickTable {
 
     /// Bricks that should be resident and are not.
     pub fn missing(&self) -> u32 {
-        let waiting = self.waiting.union(&self.in_flight).filter(|b| !self.resident.contains_key(*b)).count();
-        (waiting + self.refused.len()) as u32
+        let waiting = self.waiting.keys().chain(&self.in_flight).chain(&self.oversized);
+        waiting.filter(|b| !self.resident.contains_key(*b)).count() as u32
+    }
+
+    /// Those of the missing bricks that are left out for lack of memory.
+    pub fn left_out(&self) -> u32 {
+        let absent = |b: &&IVec3| !self.resident.contains_key(*b);
+        let beyond = self.waiting.keys().filter(|b| self.distance(**b) >= self.reach).filter(absent).count();
+        (beyond + self.oversized.iter().filter(absent).count()) as u32
+    }
+
+    /// Pages that will be in use once these bricks have taken the places of their forerunners.
+    pub fn pages_with(&self, arriving: &[Finished]) -> u32 {
+        let before: u32 = arriving.iter().filter_map(|f| self.resident.get(&f.position)).map(|b| b.pages).sum();
+        let now: u32 = arriving.iter().map(|f| f.result.words.div_ceil(PAGE_WORDS)).sum();
+        self.pages.used() - before + now
+    }
+
+    /// Pages for everything: what is resident, what arrives, and what is missing, each of which counts as the mean of
+    /// the others.
+    pub fn demand(&self, arriving: &[Finished]) -> u32 {
+        let new = arriving.iter().filter(|f| !self.resident.contains_key(&f.position)).count() as u64;
+        // What arrives is still in flight, and so among the missing.
+        let (known, unknown) = (self.resident.len() as u64 + new, u64::from(self.missing()) - new);
+        let pages = u64::from(self.pages_with(arriving));
+        u32::try_from(pages + (pages * unknown).div_ceil(known.max(1))).unwrap_or(u32::MAX)
     }
 
     /// Lit faces resident.
@@ -95,9 +128,24 @@ impl BrickTable {
         self.faces
     }
 
-    /// Whether anything waits or is in flight.
+    /// Whether anything is in flight.
     pub fn busy(&self) -> bool {
-        !self.waiting.is_empty() || !self.in_flight.is_empty()
+        !self.in_flight.is_empty()
+    }
+
+    /// Whether bricks have been refused for lack of memory.
+    pub fn is_full(&self) -> bool {
+        self.reach < f64::INFINITY
+    }
+
+    /// Bricks whose triangles did not fit into memory are tried again.
+    pub fn retry_oversized(&mut self) {
+        self.waiting.extend(self.oversized.drain().map(|brick| (brick, None)));
+    }
+
+    /// From the anchor, squared, in bricks.
+    fn distance(&self, brick: IVec3) -> f64 {
+        (brick.as_dvec3() + 0.5 - self.anchor).length_squared()
     }
 
     fn covers(&self, brick: IVec3) -> bool {
@@ -108,10 +156,10 @@ impl BrickTable {
     /// Moves the window so that `center` (voxels) is in its middle third, and frees what leaves it. Whether it moved: then
     /// what the new window holds is to be told to [`Self::enter`].
     pub fn follow(&mut self, center: DVec3) -> bool {
-        if center.distance_squared(self.refused_from) > RETRY_VOXELS * RETRY_VOXELS {
-            self.refused_from = center;
-            let again: Vec<IVec3> = self.refused.drain().collect();
-            self.touch(&again);
+        let camera = center / 8.0;
+        if camera.distance_squared(self.anchor) > ANCHOR_BRICKS * ANCHOR_BRICKS {
+            self.anchor = camera;
+            self.freed = true;
         }
         let half = self.extent.as_ivec3() / 2;
         let wanted = (center / 32.0).round().as_ivec3() - half;
@@ -125,7 +173,8 @@ impl BrickTable {
             self.evict(brick);
         }
         self.waiting.clear();
-        self.refused.clear();
+        self.oversized.clear();
+        self.freed = true;
         true
     }
 
@@ -146,19 +195,28 @@ impl BrickTable {
             if self.window.is_none() || !self.covers(brick) {
                 continue;
             }
-            self.refused.remove(&brick);
+            self.oversized.remove(&brick);
             if self.in_flight.contains(&brick) {
                 self.dirty.insert(brick);
             } else {
-                self.waiting.insert(brick);
+                self.waiting.insert(brick, None);
             }
         }
     }
 
-    /// Up to `count` bricks to voxelise now, nearest to `camera` (bricks) first.
-    pub fn next(&mut self, count: usize, camera: DVec3) -> Vec<IVec3> {
-        let mut queue: Vec<IVec3> = self.waiting.iter().copied().collect();
-        let key = |b: &IVec3| {
+    /// A brick has lost all its triangles: unless it must still be seen to vanish, there is nothing to wait for.
+    pub fn forget(&mut self, brick: IVec3) {
+        if !self.resident.contains_key(&brick) {
+            self.waiting.remove(&brick);
+        }
+    }
+
+    /// Up to `count` bricks to voxelise now, nearest to `camera` (bricks) first, with their pages where they are known.
+    /// What is resident and has changed is redone wherever it lies.
+    pub fn next(&self, count: usize, camera: DVec3) -> Vec<(IVec3, Option<u32>)> {
+        let within = |b: &IVec3| self.distance(*b) < self.reach || self.resident.contains_key(b);
+        let mut queue: Vec<_> = self.waiting.iter().filter(|(b, _)| within(b)).map(|(b, p)| (*b, *p)).collect();
+        let key = |(b, _): &(IVec3, Option<u32>)| {
             let distance = (b.as_dvec3() + 0.5 - camera).length_squared();
             ((distance * 16.0) as u64, b.to_array())
         };
@@ -170,39 +228,78 @@ impl BrickTable {
         queue
     }
 
+    /// Where memory has been freed or the anchor has moved, decides again how far it reaches: the nearest bricks, with
+    /// what they take or took when they were last tried, into the pages that there are.
+    pub fn share_out(&mut self) {
+        if !std::mem::take(&mut self.freed) {
+            return;
+        }
+        self.retry_oversized();
+        if !self.is_full() {
+            return;
+        }
+        let mean = self.pages.used().div_ceil((self.resident.len() as u32).max(1));
+        let resident = self.resident.iter().filter(|(b, _)| !self.waiting.contains_key(*b)).map(|(b, r)| (*b, r.pages));
+        let waiting = self.waiting.iter().map(|(b, pages)| (*b, pages.unwrap_or(mean)));
+        let arriving = self.in_flight.iter().filter(|b| !self.resident.contains_key(*b)).map(|b| (*b, mean));
+        let mut all: Vec<(f64, u32)> =
+            resident.chain(waiting).chain(arriving).map(|(b, pages)| (self.distance(b), pages)).collect();
+        all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        // Holes between bricks are not all of use.
+        let mut left = self.pages.capacity() - self.pages.capacity() / 32;
+        let beyond = all.into_iter().find(|(_, pages)| match left.checked_sub(*pages) {
+            Some(rest) => {
+                left = rest;
+                false
+            }
+            None => true,
+        });
+        self.reach = beyond.map_or(f64::INFINITY, |(distance, _)| distance);
+    }
+
     /// Marks a brick as handed to the GPU.
     pub fn start(&mut self, brick: IVec3) {
         self.waiting.remove(&brick);
         self.in_flight.insert(brick);
     }
 
+    /// Leaves a waiting brick out because its triangles do not fit into memory, until some is freed.
+    pub fn leave_out(&mut self, brick: IVec3) {
+        self.waiting.remove(&brick);
+        self.evict(brick);
+        self.oversized.insert(brick);
+    }
+
     /// Takes in voxelised bricks: finds them a place (evicting farther ones when full) and returns what to copy.
-    /// `payload` words stand in this frame slot's payload.
-    pub fn finish(&mut self, finished: &[Finished], camera: DVec3) -> Vec<BrickCopy> {
+    pub fn finish(&mut self, finished: &[Finished]) -> Vec<BrickCopy> {
         let mut copies = Vec::new();
+        let mut farthest = None;
         for Finished { position, result } in finished {
             self.in_flight.remove(position);
-            if self.dirty.remove(position) || result.offset == NONE {
-                self.waiting.insert(*position);
+            let covered = self.covers(*position);
+            let dirty = self.dirty.remove(position);
+            if !covered {
                 continue;
             }
-            if !self.covers(*position) {
-                continue;
-            }
-            self.evict(*position);
             let pages = result.words.div_ceil(PAGE_WORDS);
+            if dirty || result.offset == NONE {
+                self.waiting.insert(*position, (!dirty).then_some(pages));
+                continue;
+            }
+            let before = self.evict(*position);
+            self.freed |= pages < before;
             if pages == 0 {
                 self.resident.insert(*position, Brick::default());
                 continue;
             }
-            let Some(page) = self.place(pages, *position, camera) else {
-                self.refused.insert(*position);
+            let Some(page) = self.place(pages, *position, &mut farthest) else {
+                self.reach = self.reach.min(self.distance(*position));
+                self.waiting.insert(*position, Some(pages));
                 continue;
             };
             let brick = Brick { page, pages, faces: result.faces, ..Brick::default() };
             self.resident.insert(*position, brick);
             self.faces += result.faces;
-            self.grid.insert(*position, page * PAGE_WORDS);
             let target_word = page * PAGE_WORDS;
             copies.push((*position, BrickCopy { source: result.offset, target_word, words: result.words, unused: 0 }));
         }
@@ -211,40 +308,90 @@ impl BrickTable {
         copies.into_iter().map(|(_, copy)| copy).collect()
     }
 
-    /// Frees a resident brick.
-    fn evict(&mut self, brick: IVec3) {
-        if let Some(old) = self.resident.remove(&brick)
-            && old.pages > 0
-        {
+    /// Frees a resident brick; the pages that it had.
+    fn evict(&mut self, brick: IVec3) -> u32 {
+        let Some(old) = self.resident.remove(&brick) else { return 0 };
+        if old.pages > 0 {
             self.pages.free(old.page, old.pages);
             self.grid.remove(brick);
             self.faces -= old.faces;
         }
+        old.pages
     }
 
-    fn place(&mut self, pages: u32, position: IVec3, camera: DVec3) -> Option<u32> {
-        let distance = |b: IVec3| (b.as_dvec3() + 0.5 - camera).length_squared();
+    /// The first of so many pages for a brick, which the grid then shows there; farther bricks give way. `farthest`:
+    /// resident ones by distance, made when first needed.
+    fn place(&mut self, pages: u32, position: IVec3, farthest: &mut Option<Vec<IVec3>>) -> Option<u32> {
+        let own = self.distance(position);
         loop {
             if let Some(page) = self.pages.allocate(pages) {
-                return Some(page);
+                if self.grid.insert(position, page * PAGE_WORDS) {
+                    return Some(page);
+                }
+                self.pages.free(page, pages);
             }
-            let (far, far_distance) = self
-                .resident
-                .iter()
-                .filter(|(_, b)| b.pages > 0)
-                .map(|(p, _)| (*p, distance(*p)))
-                .max_by(|a, b| a.1.total_cmp(&b.1).then_with(|| a.0.to_array().cmp(&b.0.to_array())))?;
-            if far_distance <= distance(position) {
+            let far = farthest.get_or_insert_with(|| self.by_distance()).pop()?;
+            if self.distance(far) <= own {
+                farthest.as_mut()?.push(far);
                 return None;
             }
-            self.evict(far);
-            self.refused.insert(far);
+            // Not so if it has been redone, and refused, meanwhile.
+            let freed = self.evict(far);
+            if freed > 0 {
+                self.reach = self.reach.min(self.distance(far));
+                self.waiting.entry(far).or_insert(Some(freed));
+            }
         }
     }
 
+    /// Resident bricks that take pages, nearest to the anchor first.
+    fn by_distance(&self) -> Vec<IVec3> {
+        let mut bricks: Vec<IVec3> = self.resident.iter().filter(|(_, b)| b.pages > 0).map(|(p, _)| *p).collect();
+        bricks.sort_unstable_by(|a, b| {
+            self.distance(*a).total_cmp(&self.distance(*b)).then_with(|| a.to_array().cmp(&b.to_array()))
+        });
+        bricks
+    }
+
+    /// Makes room for more pages; nothing moves.
+    pub fn grow(&mut self, pages: u32) {
+        self.pages.grow(pages);
+        self.freed = true;
+    }
+
+    /// Makes do with fewer pages: the nearest bricks that fit move to the start, the others wait again. Returns what is
+    /// kept: first page before, first page now, pages.
+    pub fn shrink(&mut self, pages: u32) -> Vec<[u32; 3]> {
+        let mut moves = Vec::new();
+        let mut next = 0;
+        for position in self.by_distance() {
+            let brick = self.resident[&position];
+            if next + brick.pages > pages {
+                self.evict(position);
+                self.waiting.entry(position).or_insert(Some(brick.pages));
+                continue;
+            }
+            moves.push([brick.page, next, brick.pages]);
+            self.resident.insert(position, Brick { page: next, ..brick });
+            let shown = self.grid.insert(position, next * PAGE_WORDS);
+            debug_assert!(shown, "its entry is only replaced");
+            next += brick.pages;
+        }
+        self.pages = ExtentAllocator::new(pages);
+        self.pages.allocate(next);
+        moves
+    }
+
     /// Chooses bricks for lighting: least recently and least often lit first, nearer ones sooner, up to `budget` faces,
-    /// each to be lit `sweeps` times. Returns them with the number of their faces.
-    pub fn choose_for_light(&mut self, budget: u32, sweeps: u32, frame: u32, camera: DVec3) -> (Vec<LightBrick>, u32) {
+    /// and `bricks_max` bricks, each to be lit `sweeps` times. Returns them with the number of their faces.
+    pub fn choose_for_light(
+        &mut self,
+        budget: u32,
+        bricks_max: usize,
+        sweeps: u32,
+        frame: u32,
+        camera: DVec3,
+    ) -> (Vec<LightBrick>, u32) {
         let mut candidates: Vec<(f64, IVec3)> = self
             .resident
             .iter()
@@ -262,7 +409,7 @@ impl BrickTable {
         let (mut chosen, mut faces) = (Vec::new(), 0);
         for (_, position) in candidates {
             let brick = self.resident.get_mut(&position).expect("a candidate is resident");
-            if faces + brick.faces > budget || chosen.len() == CHOSEN_MAX {
+            if faces + brick.faces > budget || chosen.len() == CHOSEN_MAX.min(bricks_max) {
                 break;
             }
             let p = (position - window).as_uvec3();
@@ -297,4 +444,106 @@ impl BrickTable {
 /// over ever more updates.
 fn alpha(updates: u32) -> f32 {
     1.0 / (1.0 + (updates.min(768).saturating_sub(24) as f32) / 24.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pages of a brick, by its place; always the same.
+    fn pages_of(brick: IVec3) -> u32 {
+        1 + (brick.x * 7 + brick.y * 13 + brick.z * 29).rem_euclid(20) as u32
+    }
+
+    /// A layer of bricks about the camera, and pages for some of them.
+    fn table(pages: u32) -> (BrickTable, Vec<IVec3>) {
+        let mut table = BrickTable::new(UVec3::new(8, 1, 8));
+        table.grow(pages);
+        assert!(table.follow(DVec3::ZERO));
+        let bricks: Vec<IVec3> =
+            (-16..16).flat_map(|x| (-16..16).map(move |z| IVec3::new(x, 0, z))).filter(|b| table.covers(*b)).collect();
+        table.enter(bricks.iter().copied());
+        (table, bricks)
+    }
+
+    /// Voxelises until nothing is to be done; how many bricks that took.
+    fn settle(table: &mut BrickTable, camera: DVec3) -> usize {
+        let mut tries = 0;
+        loop {
+            table.share_out();
+            let next = table.next(50, camera / 8.0);
+            if next.is_empty() {
+                return tries;
+            }
+            tries += next.len();
+            assert!(tries < 10_000, "bricks take each other's place for ever");
+            next.iter().for_each(|(b, _)| table.start(*b));
+            let result = |b| BrickResult { words: pages_of(b) * PAGE_WORDS, offset: 0, faces: 1, voxels_planes: 0 };
+            let finished: Vec<_> = next.iter().map(|(b, _)| Finished { position: *b, result: result(*b) }).collect();
+            table.finish(&finished);
+        }
+    }
+
+    /// No brick that is missing lies nearer than one that is resident, but for those that holes are too small for.
+    fn assert_nearest(table: &BrickTable) {
+        let nearest = table.waiting.keys().map(|b| table.distance(*b)).fold(f64::INFINITY, f64::min);
+        let farther = table.resident.iter().filter(|(b, _)| table.distance(**b) > nearest);
+        let pages: u32 = farther.map(|(_, b)| b.pages).sum();
+        assert!(pages <= table.pages.capacity() / 16, "{pages} pages lie farther away than a brick without memory");
+        assert!(table.pages.used() > table.pages.capacity() / 16 * 15, "memory is left");
+    }
+
+    #[test]
+    fn the_nearest_bricks_get_the_memory() {
+        let (mut table, bricks) = table(4000);
+        let tries = settle(&mut table, DVec3::ZERO);
+        assert_nearest(&table);
+        assert_eq!(table.left_out(), table.missing());
+        assert_eq!(table.resident() + table.missing(), bricks.len() as u32);
+        assert!(tries < bricks.len() * 3 / 4, "{tries}: what has no chance is not even tried");
+        assert_eq!(settle(&mut table, DVec3::ZERO), 0, "nothing has changed");
+    }
+
+    #[test]
+    fn the_memory_follows_the_camera() {
+        let (mut table, _) = table(4000);
+        settle(&mut table, DVec3::ZERO);
+        let near = DVec3::new(20.0, 0.0, 0.0);
+        assert!(!table.follow(near));
+        assert_eq!(settle(&mut table, near), 0, "too little to begin anew");
+        let far = DVec3::new(40.0, 0.0, 0.0);
+        assert!(!table.follow(far), "the window stays");
+        assert!(settle(&mut table, far) > 0);
+        assert_nearest(&table);
+    }
+
+    #[test]
+    fn freed_memory_goes_to_those_that_wait() {
+        let (mut table, bricks) = table(4000);
+        settle(&mut table, DVec3::ZERO);
+        // The nearest lose their triangles.
+        let emptied: Vec<IVec3> = table.by_distance().into_iter().take(100).collect();
+        table.touch(&emptied);
+        emptied.iter().for_each(|b| table.start(*b));
+        let nothing = BrickResult { words: 0, offset: 0, faces: 0, voxels_planes: 0 };
+        let finished: Vec<_> = emptied.iter().map(|b| Finished { position: *b, result: nothing }).collect();
+        table.finish(&finished);
+        assert!(settle(&mut table, DVec3::ZERO) > 0);
+        assert_nearest(&table);
+        // As soon as there is enough, all come.
+        table.grow(20_000);
+        settle(&mut table, DVec3::ZERO);
+        assert_eq!((table.resident(), table.missing()), (bricks.len() as u32, 0));
+    }
+
+    #[test]
+    fn what_is_kept_of_a_shrunk_world_is_the_nearest() {
+        let (mut table, bricks) = table(20_000);
+        settle(&mut table, DVec3::ZERO);
+        let before: HashMap<IVec3, u32> = table.resident.iter().map(|(b, r)| (*b, r.page)).collect();
+        let moves: HashMap<u32, u32> = table.shrink(2000).into_iter().map(|[from, to, _]| (from, to)).collect();
+        assert_nearest(&table);
+        assert!(table.resident.iter().all(|(b, r)| moves[&before[b]] == r.page && r.page + r.pages <= 2000));
+        assert_eq!(table.resident() + table.missing(), bricks.len() as u32);
+    }
 }

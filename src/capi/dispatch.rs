@@ -52,7 +52,8 @@ structure_types! { BgiDispatchInfo = BGI_STRUCTURE_TYPE_DISPATCH_INFO }
 /// compute pipeline, compute descriptor sets and push constants. Barriers for the library's own buffers are its own.
 /// The handles in `info` must stay valid until the GPU has finished with the command buffer.
 ///
-/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
+/// @return BGI_SUCCESS; BGI_WARNING_WORLD_INCOMPLETE, after all its work, where bricks are left out for lack of memory
+/// (the log says so once, when it begins); BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
 /// BGI_ERROR_OUT_OF_MEMORY, BGI_ERROR_DEVICE_LOST or BGI_ERROR_VULKAN. After an error the host submits the command
 /// buffer or drops it as it likes.
 #[unsafe(no_mangle)]
@@ -85,6 +86,7 @@ pub unsafe extern "C" fn bgiDispatch(context: BgiContext, info: *const BgiDispat
         };
         // SAFETY: the header asks for valid Vulkan handles as documented at each field; the core refuses NULL.
         unsafe { state.context.dispatch(&inputs)? };
-        Ok(BGI_SUCCESS)
+        let complete = state.context.stats().bricks_left_out == 0;
+        Ok(if complete { BGI_SUCCESS } else { BGI_WARNING_WORLD_INCOMPLETE })
     })
 }

@@ -70,8 +70,17 @@ pub(super) fn guard(body: impl FnOnce() -> Outcome) -> BgiResult {
 pub(super) fn guard_context(handle: BgiContext, body: impl FnOnce(&mut State) -> Outcome) -> BgiResult {
     guard(|| {
         let entry = handles::find(handle)?;
-        // The lock is let go of before the failure is reported, so that a log callback may call the library.
-        attempt(|| entry.with_state(body)).inspect_err(|failure| entry.report(failure))
+        let mut warnings = Vec::new();
+        let outcome = attempt(|| {
+            entry.with_state(|state| {
+                let outcome = body(state);
+                warnings = state.context.take_warnings();
+                outcome
+            })
+        });
+        // The lock has been let go of, so that a log callback may call the library.
+        warnings.iter().for_each(|text| entry.warn(text));
+        outcome.inspect_err(|failure| entry.report(failure))
     })
 }
 

@@ -88,6 +88,11 @@ impl Entry {
         self.log.line(BGI_LOG_ERROR, &failure.text);
     }
 
+    /// Logs what is not a failure.
+    pub fn warn(&self, text: &str) {
+        self.log.line(BGI_LOG_WARNING, text);
+    }
+
     /// The text of the latest failed call on this context.
     pub fn last_error(&self) -> String {
         self.last_error.lock().unwrap_or_else(PoisonError::into_inner).clone()

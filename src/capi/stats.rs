@@ -38,7 +38,8 @@ pub struct BgiStats {
     pub frame_ms: f64,
     /// Out: CPU milliseconds of the latest bgiDispatch.
     pub cpu_ms: f64,
-    /// Out: device memory of the world in bytes.
+    /// Out: device memory of the world in bytes, upload buffers and what frames in flight still use included: what
+    /// memoryBudget bounds.
     pub world_bytes: u64,
     /// Out: device memory of all views in bytes.
     pub view_bytes: u64,
@@ -50,6 +51,8 @@ pub struct BgiStats {
     pub bricks: u32,
     /// Out: bricks that should be resident and are not (waiting, or no memory).
     pub bricks_missing: u32,
+    /// Out: those of the missing bricks that are left out because the world does not fit into memoryBudget.
+    pub bricks_left_out: u32,
     /// Out: lit voxel faces resident.
     pub faces: u32,
     /// Out: allocation units of 64 bytes in use by bricks.
@@ -96,6 +99,7 @@ pub unsafe extern "C" fn bgiGetStats(context: BgiContext, stats: *mut BgiStats) 
             frames: stats.frames,
             bricks: stats.bricks,
             bricks_missing: stats.bricks_missing,
+            bricks_left_out: stats.bricks_left_out,
             faces: stats.faces,
             pages: stats.pages,
             ..*out

@@ -9,6 +9,9 @@ pub type BgiResult = i32;
 pub const BGI_SUCCESS: BgiResult = 0;
 /// Warning: an array or text of the caller was too small; what fits was written.
 pub const BGI_INCOMPLETE: BgiResult = 1;
+/// Warning: the world does not fit into the memory budget of the settings; the farthest bricks are left out. They come
+/// back when memory is freed or the camera moves towards them.
+pub const BGI_WARNING_WORLD_INCOMPLETE: BgiResult = 2;
 /// A value is outside its documented range, or a required pointer is NULL or misaligned; the text names the field.
 pub const BGI_ERROR_INVALID_ARGUMENT: BgiResult = -1;
 /// A BgiContext or BgiView that is NULL, was never created, is destroyed already, or is another context's.

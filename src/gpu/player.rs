@@ -29,6 +29,13 @@ impl Bound {
     }
 }
 
+/// A buffer that another one has replaced, and what is kept of it.
+pub struct Replaced {
+    pub old: vk::Buffer,
+    pub new: vk::Buffer,
+    pub kept: Vec<vk::BufferCopy>,
+}
+
 /// What one frame in flight owns.
 pub struct Slot {
     pool: vk::DescriptorPool,
@@ -67,6 +74,11 @@ impl Slot {
         self.upload.as_ref().map_or(0, |b| b.size)
     }
 
+    /// Bytes of the buffers that wait for this slot to come round.
+    pub fn retired_bytes(&self) -> u64 {
+        self.retired.iter().map(|b| b.size).sum()
+    }
+
     /// Keeps a buffer until this slot comes round again.
     pub fn retire(&mut self, buffer: Buffer) {
         self.retired.push(buffer);
@@ -90,13 +102,15 @@ impl Slot {
         unsafe { device.raw.destroy_descriptor_pool(self.pool, None) };
     }
 
-    fn upload(&mut self, device: &Device, bytes: &[u8]) -> Result<vk::Buffer> {
+    fn upload(&mut self, device: &Device, bytes: &[u8], limit: u64) -> Result<vk::Buffer> {
         let size = bytes.len() as u64;
         if self.upload.as_ref().is_none_or(|b| b.size < size || b.size > 4 * size.max(16 << 10)) {
             if let Some(mut old) = self.upload.take() {
                 old.destroy(device);
             }
-            self.upload = Some(Buffer::new(device, size + size / 4, Location::Upload)?);
+            // Some to spare, so that the next frame's fits too.
+            let size = (size + size / 8).min(limit).max(size);
+            self.upload = Some(Buffer::new(device, size, Location::Upload)?);
         }
         let buffer = self.upload.as_mut().expect("just made");
         buffer.write(bytes);
@@ -111,8 +125,7 @@ pub struct Player<'a> {
     commands: vk::CommandBuffer,
     bound: HashMap<&'static str, Bound>,
     sets: HashMap<&'static str, vk::DescriptorSet>,
-    /// Old and new buffer and bytes to copy, of buffers that grew.
-    grown: HashMap<&'static str, (vk::Buffer, vk::Buffer, u64)>,
+    replaced: HashMap<&'static str, Replaced>,
     written: HashSet<u64>,
     read: HashSet<u64>,
     /// Nothing has been recorded yet: earlier frames may have written anything.
@@ -125,15 +138,15 @@ impl<'a> Player<'a> {
         pipelines: &'a Pipelines,
         commands: vk::CommandBuffer,
         bound: HashMap<&'static str, Bound>,
-        grown: HashMap<&'static str, (vk::Buffer, vk::Buffer, u64)>,
+        replaced: HashMap<&'static str, Replaced>,
     ) -> Self {
         let (sets, written, read) = Default::default();
-        Self { device, pipelines, commands, bound, sets, grown, written, read, fresh: true }
+        Self { device, pipelines, commands, bound, sets, replaced, written, read, fresh: true }
     }
 
-    /// Records the list.
-    pub fn play(mut self, frame: &Frame, slot: &mut Slot) -> Result<()> {
-        let upload = slot.upload(self.device, frame.upload.bytes())?;
+    /// Records the list. The slot's upload buffer takes at most `upload_limit` bytes, which must hold the frame's.
+    pub fn play(mut self, frame: &Frame, slot: &mut Slot, upload_limit: u64) -> Result<()> {
+        let upload = slot.upload(self.device, frame.upload.bytes(), upload_limit)?;
         for (name, offset, size) in frame.upload.pieces() {
             self.bound.insert(name, Bound::Buffer(upload, *offset as u64, *size as u64));
         }
@@ -148,7 +161,7 @@ impl<'a> Player<'a> {
                     // SAFETY: recording; the range is the buffer's.
                     unsafe { self.device.raw.cmd_fill_buffer(self.commands, buffer, offset, size, 0) };
                 }
-                Command::Grow(name) => self.grow(name),
+                Command::Move(name) => self.carry_over(name),
                 Command::Dispatch { pass, groups, push } => {
                     self.dispatch(pass, groups, push, slot)?;
                     slot.timing.mark(self.device, self.commands, pass);
@@ -164,12 +177,14 @@ impl<'a> Player<'a> {
         self.bound.get(name).copied().ok_or_else(|| Error::invalid(format!("no resource is bound to `{name}`")))
     }
 
-    fn grow(&mut self, name: &str) {
-        let Some((old, new, bytes)) = self.grown.get(name).copied() else { return };
+    fn carry_over(&mut self, name: &str) {
+        let Some(Replaced { old, new, kept }) = self.replaced.remove(name) else { return };
+        if kept.is_empty() {
+            return;
+        }
         self.synchronise(&[buffer_key(old)], &[buffer_key(new)]);
-        let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes }];
-        // SAFETY: recording; both buffers are at least `bytes` long.
-        unsafe { self.device.raw.cmd_copy_buffer(self.commands, old, new, &region) };
+        // SAFETY: recording; every region lies in both buffers, and no two of them meet.
+        unsafe { self.device.raw.cmd_copy_buffer(self.commands, old, new, &kept) };
     }
 
     fn dispatch(&mut self, pass: &'static str, groups: &Groups, push: &[u8], slot: &Slot) -> Result<()> {

@@ -21,19 +21,25 @@ pub fn commit(frame: &mut Frame, copies: &[BrickCopy], grid_writes: &[[u32; 2]])
     frame.dispatch("grid_update", [count.div_ceil(64), 1, 1], GridUpdatePush { count });
 }
 
+/// How bricks are voxelised.
+pub struct Voxelization {
+    /// Bricks side by side, 1 to [`BATCH_BRICKS`].
+    pub batch: u32,
+    /// Words of the payload.
+    pub payload_words: u32,
+    /// Largest emission of any material.
+    pub emission_max: f32,
+    pub hit_model: HitModel,
+}
+
 /// Queued bricks become packed bricks in the payload, a batch at a time.
-pub fn voxelize(
-    frame: &mut Frame,
-    bricks: &[BatchBrick],
-    triangles: &[[f32; 16]],
-    payload_words: u32,
-    emission_max: f32,
-    hit_model: HitModel,
-) {
+pub fn voxelize(frame: &mut Frame, bricks: &[BatchBrick], triangles: &[[f32; 16]], how: &Voxelization) {
+    let Voxelization { batch, payload_words, emission_max, hit_model } = *how;
+    assert!((1..=BATCH_BRICKS).contains(&batch), "a dispatch of voxels has at most 65 535 workgroups");
     frame.upload.push("batch_bricks", bricks);
     frame.upload.push("triangles", triangles);
-    for first_brick in (0..bricks.len() as u32).step_by(BATCH_BRICKS as usize) {
-        let count = (bricks.len() as u32 - first_brick).min(BATCH_BRICKS);
+    for first_brick in (0..bricks.len() as u32).step_by(batch as usize) {
+        let count = (bricks.len() as u32 - first_brick).min(batch);
         frame.dispatch("voxel_mark", [count, 1, 1], VoxelMarkPush { first_brick });
         frame.dispatch_indirect("voxelize", "voxel_args", VoxelizePush { first_brick, emission_max });
         let push = FaceResolvePush { first_brick, payload_words, hit_model: hit_model as u32 };

@@ -65,7 +65,7 @@ impl Gpu {
             let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             raw.begin_command_buffer(commands[0], &begin).expect("recording");
             let player = Player::new(&self.device, &self.pipelines, commands[0], bound, HashMap::new());
-            player.play(frame, &mut self.slot).expect("a frame that can be played");
+            player.play(frame, &mut self.slot, u64::MAX).expect("a frame that can be played");
             raw.end_command_buffer(commands[0]).expect("recorded");
             let queue = raw.get_device_queue(self.host.family, 0);
             let submit = [vk::SubmitInfo::default().command_buffers(&commands)];

@@ -40,6 +40,7 @@ fn render(args: &Args) -> Result<()> {
         ..HostOptions::new(scene)
     })?;
     let timing = measure::run(&mut host, args.frames)?;
+    host.context_mut().take_warnings().iter().for_each(|text| eprintln!("warning: {text}"));
     let camera = host.camera().name.clone();
     let indirect = host.read_indirect()?;
     let reference = Reference::beside(host.scene(), &camera)?.filter(|r| r.size() == host.size());

@@ -13,7 +13,7 @@ pub struct PassMs {
     pub ms: f64,
 }
 
-/// Medians over the second half of the frames, in milliseconds.
+/// What was measured on the way: medians over the second half of the frames, in milliseconds, and a maximum.
 #[derive(Serialize, Clone, Debug, Default)]
 pub struct Timing {
     /// GPU time of brickgi's whole recording.
@@ -22,6 +22,8 @@ pub struct Timing {
     pub passes: Vec<PassMs>,
     /// CPU time of the dispatch call.
     pub cpu_ms: f64,
+    /// Most bytes that brickgi's world held in any frame.
+    pub peak_world_bytes: u64,
     /// Wall time of all frames in seconds.
     #[serde(skip)]
     pub wall_seconds: f64,
@@ -34,9 +36,10 @@ pub fn run(host: &mut Host, frames: u32) -> Result<Timing> {
         bar.set_style(style);
     }
     let start = Instant::now();
-    let mut settled = Vec::new();
+    let (mut settled, mut peak_world_bytes) = (Vec::new(), 0);
     for frame in 0..frames {
         host.frame()?;
+        peak_world_bytes = peak_world_bytes.max(host.stats().world_bytes);
         if frame >= frames / 2 {
             settled.push(host.stats().clone());
         }
@@ -45,7 +48,7 @@ pub fn run(host: &mut Host, frames: u32) -> Result<Timing> {
     }
     host.wait_idle()?;
     bar.finish_and_clear();
-    Ok(Timing { wall_seconds: start.elapsed().as_secs_f64(), ..medians(&settled) })
+    Ok(Timing { peak_world_bytes, wall_seconds: start.elapsed().as_secs_f64(), ..medians(&settled) })
 }
 
 fn medians(frames: &[Stats]) -> Timing {
@@ -59,7 +62,7 @@ fn medians(frames: &[Stats]) -> Timing {
         frame_ms: over(&|stats| Some(stats.frame_ms)),
         passes: names.iter().map(|p| pass(p.name)).collect(),
         cpu_ms: over(&|stats| Some(stats.cpu_ms)),
-        wall_seconds: 0.0,
+        ..Timing::default()
     }
 }
 

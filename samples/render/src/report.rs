@@ -40,6 +40,7 @@ pub struct World {
     pub resources: Vec<Resource>,
     pub bricks: u32,
     pub bricks_missing: u32,
+    pub bricks_left_out: u32,
     pub faces: u32,
     pub pages: u32,
     pub rays: u64,
@@ -90,6 +91,7 @@ impl From<&Stats> for World {
             resources: stats.resources.iter().map(resource).collect(),
             bricks: stats.bricks,
             bricks_missing: stats.bricks_missing,
+            bricks_left_out: stats.bricks_left_out,
             faces: stats.faces,
             pages: stats.pages,
             rays: stats.rays,
@@ -128,15 +130,13 @@ impl Display for Report {
         }
         let world = &self.world;
         let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-        let (in_world, in_views) = (mib(world.world_bytes), mib(world.view_bytes));
-        writeln!(
-            f,
-            "  world {in_world:.2} MiB, views {in_views:.2} MiB, {} bricks, {} faces",
-            world.bricks, world.faces
-        )?;
+        let (in_world, at_most) = (mib(world.world_bytes), mib(timing.peak_world_bytes));
+        writeln!(f, "  world {in_world:.2} MiB, {at_most:.2} at most, {} bricks, {} faces", world.bricks, world.faces)?;
         if world.bricks_missing > 0 {
-            writeln!(f, "        {} bricks are missing", world.bricks_missing)?;
+            let (missing, left_out) = (world.bricks_missing, world.bricks_left_out);
+            writeln!(f, "        {missing} bricks are missing, {left_out} of them for lack of memory")?;
         }
+        writeln!(f, "  views {:.2} MiB", mib(world.view_bytes))?;
         match (self.rel_mse, self.nrmse, self.bias) {
             (Some(rel_mse), Some(nrmse), Some(bias)) => {
                 write!(f, "  truth relMSE {rel_mse:.5}, NRMSE {nrmse:.4}, bias {:+.2} %", bias * 100.0)

@@ -94,7 +94,13 @@ impl Batch {
         frame.upload.push("texels", &self.texels);
         frame.commands.push(Command::Clear("voxel_args"));
         frame.commands.push(Command::Clear("payload_used"));
-        passes::bricks::voxelize(&mut frame, &self.bricks, &self.triangles, PAYLOAD_WORDS, self.emission_max, model);
+        let how = passes::bricks::Voxelization {
+            batch: BATCH_BRICKS,
+            payload_words: PAYLOAD_WORDS,
+            emission_max: self.emission_max,
+            hit_model: model,
+        };
+        passes::bricks::voxelize(&mut frame, &self.bricks, &self.triangles, &how);
         gpu.run(&frame);
         let payload: Vec<u32> = gpu.read("payload", PAYLOAD_WORDS as usize);
         let results: Vec<BrickResult> = gpu.read("brick_results", self.bricks.len());

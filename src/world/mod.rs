@@ -1,0 +1,492 @@
+//! The shared world on the GPU: what a frame does to it.
+
+mod memory;
+
+use crate::bricks::{BrickTable, Finished, MAX_TRIANGLES, PrimitiveIndex, WorldGrid};
+use crate::context::ResourceSize;
+use crate::error::Result;
+use crate::frame::{Command, Frame};
+use crate::gpu::shared::{
+    BatchBrick, Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial,
+    NO_TEXTURE, PAGE_WORDS,
+};
+use crate::gpu::{Bound, Device, Replaced, Slot};
+use crate::passes;
+use crate::passes::bricks::Voxelization;
+use crate::scene::{Light, Scene};
+use crate::settings::Settings;
+use glam::{DVec3, IVec3, UVec3, Vec3};
+use memory::{BricksLimit, Fixed, Memory, PAGE_BYTES};
+use std::collections::{HashMap, HashSet};
+
+/// Lighting sweeps a frame when the face budget allows: the more, the faster light travels.
+const SWEEPS_MAX: u32 = 4;
+/// Pages of a new `world_bricks`, before anything is known of the scene.
+const FIRST_PAGES: u32 = 4;
+
+/// What a frame is made with, and what it has come to so far.
+pub struct FrameScope<'a> {
+    pub device: &'a Device,
+    pub settings: &'a Settings,
+    /// One a frame in flight.
+    pub slots: &'a mut [Slot],
+    /// This frame's slot.
+    pub index: usize,
+    /// Dispatch calls before this one.
+    pub frame_index: u32,
+    /// Bytes of the frame's upload that are kept free for its small parts.
+    pub upload_reserve: u64,
+    pub frame: Frame,
+}
+
+impl<'a> FrameScope<'a> {
+    pub fn new(
+        device: &'a Device,
+        settings: &'a Settings,
+        slots: &'a mut [Slot],
+        index: usize,
+        frame_index: u32,
+    ) -> Self {
+        Self { device, settings, slots, index, frame_index, upload_reserve: 0, frame: Frame::default() }
+    }
+
+    fn slot(&mut self) -> &mut Slot {
+        &mut self.slots[self.index]
+    }
+}
+
+/// What one frame in flight will tell.
+#[derive(Clone, Default)]
+struct Flight {
+    bricks: Vec<IVec3>,
+    light_rays: u64,
+}
+
+/// The world's CPU and GPU state.
+pub struct World {
+    pub table: BrickTable,
+    primitives: PrimitiveIndex,
+    pub grid: WorldGrid,
+    memory: Memory,
+    flights: Vec<Flight>,
+    material_index: HashMap<u64, u32>,
+    /// Materials have changed, and there is no room for the new ones yet.
+    materials_wait: bool,
+    /// Mean words of the bricks seen so far.
+    mean_words: f32,
+    /// Mean bytes of triangles that they uploaded.
+    mean_upload: f32,
+    updates: u32,
+    /// Frames without voxelisation.
+    idle: usize,
+    /// Frames since a large part of the world, or its lights, changed.
+    steady_frames: u32,
+    /// Bricks were left out for lack of memory, and the host has been told.
+    incomplete: bool,
+    /// A brick had more triangles than are looked at, and the host has been told.
+    crowded: bool,
+    warnings: Vec<String>,
+}
+
+impl World {
+    pub fn new(settings: &Settings, frames_in_flight: usize) -> Result<Self> {
+        let table = BrickTable::new(UVec3::from(settings.coverage_groups));
+        Ok(Self {
+            memory: Memory::new(settings, frames_in_flight, u64::from(table.grid.words()) * 4)?,
+            table,
+            primitives: PrimitiveIndex::default(),
+            grid: WorldGrid {
+                voxel_size: f64::from(settings.voxel_size),
+                offset: DVec3::from(settings.grid_offset.map(f64::from)),
+            },
+            flights: vec![Flight::default(); frames_in_flight],
+            material_index: HashMap::new(),
+            materials_wait: false,
+            mean_words: 1024.0,
+            mean_upload: 2048.0,
+            updates: 0,
+            idle: 0,
+            steady_frames: 0,
+            incomplete: false,
+            crowded: false,
+            warnings: Vec::new(),
+        })
+    }
+
+    /// Low corner of the window in voxels.
+    pub fn window_voxels(&self) -> DVec3 {
+        (self.table.window() * 8).as_dvec3()
+    }
+
+    /// Re-registers changed instances and queues the bricks that they left or touch.
+    pub fn instances_changed(&mut self, changed: &HashSet<u64>, scene: &Scene) {
+        let mut ids: Vec<u64> = changed.iter().copied().collect();
+        ids.sort_unstable();
+        // Without a window yet, the first camera brings everything in.
+        let Some(window) = self.table.window_bricks() else { return };
+        for id in ids {
+            let left = self.primitives.remove(id);
+            self.table.touch(&left);
+            let entered = self.primitives.insert(id, scene, &self.grid, window);
+            self.table.touch(&entered);
+            left.into_iter().filter(|b| !self.primitives.holds(*b)).for_each(|b| self.table.forget(b));
+        }
+    }
+
+    /// Follows the camera; a window that moved holds other triangles.
+    fn follow(&mut self, eye: DVec3, scene: &Scene) {
+        if !self.table.follow(eye) {
+            return;
+        }
+        let window = self.table.window_bricks().expect("it has just moved");
+        self.primitives.clear();
+        let mut ids: Vec<u64> = scene.instances.keys().copied().collect();
+        ids.sort_unstable();
+        for id in ids {
+            self.primitives.insert(id, scene, &self.grid, window);
+        }
+        self.table.enter(self.primitives.bricks());
+    }
+
+    /// Everything converges anew: the lights have changed.
+    pub fn lights_changed(&mut self) {
+        self.table.invalidate_lighting();
+        self.steady_frames = 0;
+    }
+
+    /// Frames that a view's history may average: few while the world is changing.
+    pub fn history_max(&self, settings: &Settings) -> u32 {
+        settings.temporal_frames.min(self.steady_frames.max(8))
+    }
+
+    /// Rays that the slot's last frame traced.
+    pub fn rays(&self, index: usize) -> u64 {
+        self.flights[index].light_rays + self.memory.probe_rays(index)
+    }
+
+    /// The world's part of a frame. Returns the bytes that the frame's upload buffer may have.
+    pub fn frame(&mut self, scope: &mut FrameScope, scene: &mut Scene, eye: DVec3) -> Result<u64> {
+        let fixed = self.fixed(scene);
+        self.memory.check(&fixed)?;
+        self.steady_frames = self.steady_frames.saturating_add(1);
+        scope.upload_reserve = Memory::upload_reserve(self.table.resident(), fixed.lights);
+        self.follow(eye, scene);
+        self.memory.fit_counters(scope)?;
+        scope.frame.commands.push(Command::Clear("counters"));
+        self.upload_materials(scope, scene)?;
+        self.commit(scope, scene)?;
+        self.voxelize(scope, scene, eye / 8.0)?;
+        self.light(scope, scene, eye / 8.0)?;
+        self.tell(scope.settings);
+        self.memory.finish(scope)
+    }
+
+    /// What cannot be refused. Materials count twice while old ones stand in the way of new ones.
+    fn fixed(&self, scene: &Scene) -> Fixed {
+        let texels: usize = scene.textures.values().map(|t| size_of_val(t.texels.as_slice())).sum();
+        let materials = (scene.materials.len() * size_of::<GpuMaterial>() + texels) as u64;
+        Fixed {
+            grid: u64::from(self.table.grid.words()) * 4,
+            materials: materials + if self.materials_wait { self.memory.materials_bytes() } else { 0 },
+            lights: size_of::<GpuLight>() as u64 * scene.lights.len() as u64,
+        }
+    }
+
+    fn upload_materials(&mut self, scope: &mut FrameScope, scene: &mut Scene) -> Result<()> {
+        if !scene.materials_changed && self.memory.has_materials() {
+            return Ok(());
+        }
+        let mut texels: Vec<u32> = Vec::new();
+        let mut places = HashMap::new();
+        let mut textures: Vec<_> = scene.textures.iter().collect();
+        textures.sort_by_key(|t| t.0);
+        for (id, texture) in textures {
+            places.insert(*id, (texels.len() as u32, texture.width | texture.height << 16));
+            texels.extend_from_slice(&texture.texels);
+        }
+        let mut ids: Vec<u64> = scene.materials.keys().copied().collect();
+        ids.sort_unstable();
+        let materials: Vec<GpuMaterial> = ids
+            .iter()
+            .map(|id| {
+                let m = &scene.materials[id];
+                let place = m.texture.and_then(|t| places.get(&t)).copied();
+                let (texture, texture_size) = place.unwrap_or((NO_TEXTURE, 0));
+                GpuMaterial {
+                    base_color: m.base_color.to_array(),
+                    texture,
+                    emission: m.emission.to_array(),
+                    texture_size,
+                }
+            })
+            .collect();
+        let (materials, texels) = (bytemuck::cast_slice(&materials), bytemuck::cast_slice(&texels));
+        self.materials_wait = !self.memory.replace_materials(scope, materials, texels)?;
+        if !self.materials_wait {
+            scene.materials_changed = false;
+            self.material_index = ids.iter().enumerate().map(|(index, id)| (*id, index as u32)).collect();
+        }
+        Ok(())
+    }
+
+    /// Takes in the bricks that the slot's last frame finished.
+    fn commit(&mut self, scope: &mut FrameScope, scene: &Scene) -> Result<()> {
+        let bricks = std::mem::take(&mut self.flights[scope.index].bricks);
+        self.memory.take_payload(scope.index);
+        let results = self.memory.results(scope.index, bricks.len());
+        let finished: Vec<Finished> =
+            bricks.into_iter().zip(results).map(|(position, result)| Finished { position, result }).collect();
+        if !finished.is_empty() {
+            let words: u32 = finished.iter().map(|f| f.result.words).sum();
+            let filled = finished.iter().filter(|f| f.result.words > 0).count().max(1);
+            self.mean_words = 0.5 * self.mean_words + 0.5 * words as f32 / filled as f32;
+        }
+        self.fit_pages(scope, scene, &finished)?;
+        self.table.share_out();
+        let copies = self.table.finish(&finished);
+        if copies.len() as u32 * 20 > self.table.resident() {
+            self.steady_frames = 0;
+        }
+        let grid_writes = self.table.grid.take_writes();
+        passes::bricks::commit(&mut scope.frame, &copies, &grid_writes);
+        Ok(())
+    }
+
+    /// Makes the grid and the pages as large as what has arrived and what still waits asks for, within the budget.
+    ///
+    /// A larger `world_bricks` stands beside the old one until no frame in flight uses that. So what grows past the
+    /// middle of its share grows only once more, to all that fits beside it; what is then still too small for a world
+    /// that needs more, and what is too large since others need more, shrinks to the nearest bricks and grows anew.
+    fn fit_pages(&mut self, scope: &mut FrameScope, scene: &Scene, arriving: &[Finished]) -> Result<()> {
+        let fixed = self.fixed(scene);
+        let demand = self.table.demand(arriving);
+        let bricks = self.table.resident() + self.table.missing();
+        let mean_brick = u64::from(demand) * PAGE_BYTES / u64::from(bricks.max(1));
+        let BricksLimit { steady, .. } = self.memory.bricks_limit(scope, &fixed, mean_brick, self.table.resident());
+
+        let fitting = u64::from(bricks).min(u64::from(steady) * PAGE_BYTES / mean_brick.max(PAGE_BYTES)) as u32;
+        let entries = self.table.grid.entries_for(fitting);
+        let grown = (u64::from(self.table.grid.words()) + u64::from(entries)) * 4;
+        if entries > self.table.grid.capacity() && grown <= self.memory.room(scope) {
+            self.table.grid.grow(entries);
+        }
+        self.memory.fit_grid(scope, &self.table.grid)?;
+
+        let BricksLimit { steady, beside, momentary } =
+            self.memory.bricks_limit(scope, &fixed, mean_brick, self.table.resident());
+        let capacity = self.table.pages.capacity();
+        if capacity == 0 {
+            self.table.grow(FIRST_PAGES);
+            self.memory.replace_bricks(scope, FIRST_PAGES, &[])?;
+            return Ok(());
+        }
+        let lacking = capacity < self.table.pages_with(arriving) + arriving_slack(arriving) || self.table.is_full();
+        let wanted = demand.saturating_add(demand / 8).min(steady);
+        let small = (steady / 8).min(beside).max(FIRST_PAGES);
+        if capacity > steady + self.memory.tolerance() && small < capacity {
+            let kept = self.table.shrink(small);
+            return self.memory.replace_bricks(scope, small, &kept);
+        }
+        if !lacking || wanted <= capacity {
+            return Ok(());
+        }
+        let target = if wanted > steady / 2 { beside } else { wanted.min(beside) };
+        if target < wanted && momentary {
+            return Ok(());
+        }
+        if target > capacity + capacity / 8 {
+            self.table.grow(target);
+            self.memory.replace_bricks(scope, target, &[[0, 0, capacity]])
+        } else if capacity < steady / 4 * 3 && small < capacity {
+            let kept = self.table.shrink(small);
+            self.memory.replace_bricks(scope, small, &kept)
+        } else {
+            Ok(())
+        }
+    }
+
+    fn voxelize(&mut self, scope: &mut FrameScope, scene: &Scene, camera: DVec3) -> Result<()> {
+        let queue = self.table.next(scope.settings.voxelize_bricks_per_frame as usize, camera);
+        // Materials that wait for room get it when nothing is voxelised.
+        if queue.is_empty() || self.materials_wait {
+            self.release_scratch(scope);
+            return Ok(());
+        }
+        let expected = 1.125 * self.mean_words;
+        let (brick_bytes, upload_bytes) = ((4.0 * expected) as u64, self.mean_upload as u64);
+        let scratch = self.memory.scratch(scope, queue.len() as u32, brick_bytes, upload_bytes)?;
+        let Some(scratch) = scratch else { return Ok(()) };
+        let (mut batch, mut triangles) = (Vec::new(), Vec::new());
+        let mut payload = 0.0;
+        for (position, pages) in queue.into_iter().take(scratch.bricks) {
+            let first_triangle = triangles.len();
+            let all = self.primitives.triangles(position, scene, &self.grid, &self.material_index, &mut triangles);
+            payload += pages.map_or(expected, |p| (p * PAGE_WORDS) as f32);
+            let bytes = memory::bricks_upload_bytes(batch.len() + 1, triangles.len());
+            if !batch.is_empty() && (bytes > scratch.share || payload > scratch.payload_words as f32) {
+                triangles.truncate(first_triangle);
+                break;
+            }
+            if bytes > scratch.upload {
+                triangles.truncate(first_triangle);
+                if self.table.busy() || self.memory.is_momentary(scope) {
+                    break;
+                }
+                self.table.leave_out(position);
+                payload = 0.0;
+                continue;
+            }
+            if !all && !self.crowded {
+                self.crowded = true;
+                self.warnings.push(format!(
+                    "a brick at {} m has more than {MAX_TRIANGLES} triangles: the others are not looked at (told once)",
+                    self.grid.to_world(position.as_dvec3() * 8.0 + 4.0)
+                ));
+            }
+            let seed = position.to_array().iter().fold(0u32, |h, v| (h ^ *v as u32).wrapping_mul(0x9e37_79b1));
+            let triangle_count = (triangles.len() - first_triangle) as u32;
+            batch.push(BatchBrick { first_triangle: first_triangle as u32, triangle_count, seed, unused: 0 });
+            self.table.start(position);
+            self.flights[scope.index].bricks.push(position);
+        }
+        if batch.is_empty() {
+            return Ok(());
+        }
+        self.idle = 0;
+        let upload = memory::bricks_upload_bytes(batch.len(), triangles.len()) as f32 / batch.len() as f32;
+        self.mean_upload = 0.5 * self.mean_upload + 0.5 * upload;
+        scope.frame.commands.push(Command::Clear("payload_used"));
+        let how = Voxelization {
+            batch: scratch.batch,
+            payload_words: scratch.payload_words,
+            emission_max: emission_max(scene),
+            hit_model: scope.settings.hit_model,
+        };
+        passes::bricks::voxelize(&mut scope.frame, &batch, &triangles, &how);
+        Ok(())
+    }
+
+    /// Gives back what only voxelisation needs, once nothing has been voxelised for two rounds of slots.
+    fn release_scratch(&mut self, scope: &mut FrameScope) {
+        self.idle += 1;
+        let quiet = 2 * self.flights.len();
+        if self.table.busy() || self.idle <= quiet {
+            return;
+        }
+        self.memory.release_scratch(scope);
+        // All slots have given back theirs: bricks with too many triangles may fit now.
+        if self.idle == quiet + 1 + self.flights.len() {
+            self.table.retry_oversized();
+        }
+    }
+
+    fn light(&mut self, scope: &mut FrameScope, scene: &Scene, camera: DVec3) -> Result<()> {
+        let settings = scope.settings;
+        let window = self.window_voxels();
+        let lights: Vec<GpuLight> = scene.lights.iter().map(|l| self.gpu_light(l, window)).collect();
+        let (low, high) = self.table.bounds().unwrap_or((self.table.window(), self.table.window()));
+        let relative = |b: IVec3| ((b - self.table.window()) * 8).as_vec3().to_array();
+        let extent = UVec3::from(settings.coverage_groups);
+        let uniform = FrameUniform {
+            extent: extent.to_array(),
+            frame_index: scope.frame_index,
+            torus: ((self.table.window() >> 2i32).as_uvec3() & (extent - 1)).to_array(),
+            hit_model: settings.hit_model as u32,
+            bounds_min: relative(low),
+            voxel_size: settings.voxel_size,
+            bounds_max: relative(high),
+            emission_max: emission_max(scene),
+            sky: scene.sky.radiance,
+            light_count: lights.len() as u32,
+            seed_origin: (self.table.window() * 8).as_uvec3().to_array(),
+            bounce_rays: settings.bounce_rays,
+            direct_samples: settings.direct_samples,
+            ..FrameUniform::default()
+        };
+        scope.frame.upload.push("frame", &[uniform]);
+        scope.frame.upload.push("lights", &lights);
+
+        let total = self.table.faces();
+        let sweeps = (settings.light_faces_per_frame / total.max(1)).clamp(1, SWEEPS_MAX);
+        let room = self.memory.fit_lighting(scope, total.min(settings.light_faces_per_frame))?;
+        let budget = settings.light_faces_per_frame.min(room);
+        let bricks_max = self.memory.light_bricks(scope);
+        let (bricks, faces) = self.table.choose_for_light(budget, bricks_max, sweeps, scope.frame_index, camera);
+        if !bricks.is_empty() {
+            passes::light::light(
+                &mut scope.frame,
+                &bricks,
+                faces,
+                sweeps,
+                self.updates,
+                !lights.is_empty(),
+                settings.bounce_rays > 0,
+            );
+            self.updates = self.updates.wrapping_add(sweeps);
+        }
+        let per_face = u64::from(settings.bounce_rays) + u64::from(settings.direct_samples) * lights.len() as u64;
+        self.flights[scope.index].light_rays = u64::from(faces) * u64::from(sweeps) * per_face;
+        Ok(())
+    }
+
+    /// A warning when bricks begin to be left out; again only after the world has been complete.
+    fn tell(&mut self, settings: &Settings) {
+        let left_out = self.table.left_out();
+        if left_out > 0 && !self.incomplete {
+            let text = "bricks are left out, the farthest: the world does not fit into memory_budget";
+            self.warnings.push(format!("{left_out} {text}, {} bytes", settings.memory_budget));
+        }
+        self.incomplete = left_out > 0 || self.incomplete && self.table.missing() > 0;
+    }
+
+    /// What the host should be told, since the last call.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
+    }
+
+    fn gpu_light(&self, light: &Light, window: DVec3) -> GpuLight {
+        match light {
+            Light::Directional { direction, irradiance } => GpuLight {
+                vector: Vec3::from(*direction).normalize_or_zero().to_array(),
+                kind: LIGHT_DIRECTIONAL,
+                color: *irradiance,
+                unused: 0,
+            },
+            Light::Point { position, intensity } => GpuLight {
+                vector: (self.grid.to_voxels(DVec3::from(*position)) - window).as_vec3().to_array(),
+                kind: LIGHT_POINT,
+                color: *intensity,
+                unused: 0,
+            },
+        }
+    }
+
+    /// What the passes' names stand for in this slot's frame.
+    pub fn bindings(&self, index: usize) -> HashMap<&'static str, Bound> {
+        self.memory.bindings(index)
+    }
+
+    /// Buffers that others have replaced since the last call.
+    pub fn take_replaced(&mut self) -> HashMap<&'static str, Replaced> {
+        self.memory.take_replaced()
+    }
+
+    /// Names and bytes of everything that counts against the budget.
+    pub fn resources(&self, slots: &[Slot]) -> Vec<ResourceSize> {
+        self.memory.resources(slots)
+    }
+
+    /// The GPU must have finished with it.
+    pub fn destroy(&mut self, device: &Device) {
+        self.memory.destroy(device);
+    }
+}
+
+/// Pages that should be free beside what arrives: holes are not all of use.
+fn arriving_slack(arriving: &[Finished]) -> u32 {
+    arriving.iter().map(|f| f.result.words).sum::<u32>() / PAGE_WORDS / 8
+}
+
+fn emission_max(scene: &Scene) -> f32 {
+    scene.materials.values().map(|m| m.emission.max_element()).fold(1e-6, f32::max)
+}
