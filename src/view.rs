@@ -68,6 +68,7 @@ impl View {
         let mut uniform = ViewUniform {
             clip_to_view: projection.inverse().as_mat4().to_cols_array_2d(),
             view_to_world: to_world.to_cols_array_2d(),
+            clip: (projection * DMat4::from_mat3(view_rotation)).as_mat4().to_cols_array_2d(),
             camera: grid_camera.as_vec3().to_array(),
             clear_depth: frame.clear_depth,
             size: size.to_array(),

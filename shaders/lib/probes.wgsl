@@ -15,12 +15,17 @@ struct Surface {
     normal: vec3<f32>,
 }
 
+// Where a pixel of this depth is, relative to the camera, metres.
+fn pixel_position(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
+    let ndc = (vec2<f32>(pixel) + 0.5) / vec2<f32>(view.size) * 2.0 - 1.0;
+    let p = view.clip_to_view * vec4<f32>(ndc, depth, 1.0);
+    return (view.view_to_world * vec4<f32>(p.xyz / p.w, 0.0)).xyz;
+}
+
 fn load_surface(pixel: vec2<u32>) -> Surface {
     let depth = textureLoad(depth_image, pixel, 0).x;
     if depth == view.clear_depth { return Surface(); }
-    let ndc = (vec2<f32>(pixel) + 0.5) / vec2<f32>(view.size) * 2.0 - 1.0;
-    let p = view.clip_to_view * vec4<f32>(ndc, depth, 1.0);
-    let position = (view.view_to_world * vec4<f32>(p.xyz / p.w, 0.0)).xyz;
+    let position = pixel_position(pixel, depth);
     let n = textureLoad(normal_image, pixel, 0).xyz;
     let length2 = dot(n, n);
     if !(length2 > 1e-6) || !(dot(position, position) < 1e12) { return Surface(); }

@@ -55,7 +55,9 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index));
         let near = trace(start, direction, NEAR);
         let weight = clamp(far.w, 0.02, 1.0);
-        if near.kind == MISS { return vec4<f32>(far.xyz / far.w, weight); }
+        if near.kind == MISS || is_seen_through(surface, surface.position + direction * (near.t * frame.voxel_size)) {
+            return vec4<f32>(far.xyz / far.w, weight);
+        }
         return vec4<f32>(PI * hit_radiance(near), weight);
     }
     // No probe stands for the pixel: rays of its own into the world cache.
@@ -66,6 +68,27 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
         e += hit_radiance(trace(start, direction, 1e6));
     }
     return vec4<f32>(e * (PI / f32(rays)), 1.0);
+}
+
+// Whether the camera sees that there is nothing at `hit` (camera-relative metres), in front of a pixel's surface: around
+// it on screen is only what lies behind it and at most half as far in front of the surface. Voxels are coarser than
+// pixels.
+fn is_seen_through(surface: Surface, hit: vec3<f32>) -> bool {
+    let clip = view.clip * vec4<f32>(hit, 1.0);
+    if clip.w <= 0.0 { return false; }
+    let place = vec2<i32>(floor((clip.xy / clip.w * 0.5 + 0.5) * vec2<f32>(view.size)));
+    if any(place < vec2<i32>(0)) || any(place >= vec2<i32>(view.size)) { return false; }
+    let height = dot(surface.normal, hit - surface.position);
+    let distance = length(hit);
+    for (var k = 0; k < 9; k++) {
+        let at = clamp(place + vec2<i32>(k % 3, k / 3) - 1, vec2<i32>(0), vec2<i32>(view.size) - 1);
+        let depth = textureLoad(depth_image, at, 0).x;
+        if depth == view.clear_depth { continue; }
+        let seen = pixel_position(vec2<u32>(at), depth);
+        if dot(surface.normal, seen - surface.position) > 0.5 * height
+            || length(seen) < distance - frame.voxel_size { return false; }
+    }
+    return true;
 }
 
 fn pixel_start(surface: Surface) -> Start {

@@ -4,6 +4,8 @@ struct View {
     clip_to_view: mat4x4<f32>,
     // Rotation (w column unused).
     view_to_world: mat4x4<f32>,
+    // Camera-relative world (metres) to clip space, this frame.
+    clip: mat4x4<f32>,
     // Camera-relative world (metres) of this frame to last frame's clip space.
     previous_clip: mat4x4<f32>,
     // Camera in grid space.
