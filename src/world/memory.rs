@@ -314,7 +314,7 @@ impl Memory {
         let retired = retired_bytes(scope.slots);
         let beside = steady.saturating_sub(self.size("world_bricks") + excess + retired).min(self.room(scope));
         let pages = |bytes: u64| u32::try_from(bytes / PAGE_BYTES).unwrap_or(u32::MAX / PAGE_WORDS);
-        let momentary = excess + retired > shares.budget / 64;
+        let momentary = excess + retired > steady / 16;
         BricksLimit { steady: pages(steady), beside: pages(beside), momentary }
     }
 
