@@ -29,9 +29,9 @@ struct Start {
     error: f32,
 }
 
-// From a pixel or a probe, whose surface is the host's own.
+// From a pixel, whose surface is the host's own.
 const PIXEL_ERROR: f32 = 0.02;
-// From a face, whose plane is a mean.
+// From a face, whose plane is a mean, or from a probe, which stands for the pixels around it.
 const FACE_ERROR: f32 = 0.25;
 
 // Bound on the cells that a ray visits: every voxel on the longest way through the largest window (64 groups a side).

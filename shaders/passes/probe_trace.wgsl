@@ -23,7 +23,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let normal = probes[index * 2u + 1u].xyz;
     let local = probe_direction(index, thread, push.frame_index);
     let origin = view.camera + place.xyz / frame.voxel_size + normal * 0.001;
-    let hit = trace(Start(origin, normal, PIXEL_ERROR), basis(normal) * local.xyz, 1e6);
+    let hit = trace(Start(origin, normal, FACE_ERROR), basis(normal) * local.xyz, 1e6);
     // A hit's radiance goes on as it is stored.
     var radiance = 0u;
     if hit.kind == MISS {
