@@ -5,7 +5,7 @@ use crate::gpu::{Device, Pipelines, Player, Slot};
 use crate::passes;
 use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky};
 use crate::settings::Settings;
-use crate::view::{FrameShape, View};
+use crate::view::{FrameShape, View, clip};
 use crate::world::{FrameScope, World};
 use ash::vk;
 use glam::{DVec3, UVec2};
@@ -279,7 +279,7 @@ impl Context {
         self.read_back(index)?;
         let eye = self.world.grid.to_voxels(DVec3::from(camera.position));
         let mut scope = FrameScope::new(&self.device, &self.settings, &mut self.slots, index, self.frame_index);
-        let upload_limit = self.world.frame(&mut scope, &mut self.scene, eye)?;
+        let upload_limit = self.world.frame(&mut scope, &mut self.scene, eye, clip(&camera))?;
         let mut frame = scope.frame;
         let shape = FrameShape {
             size,

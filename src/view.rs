@@ -68,7 +68,7 @@ impl View {
         let mut uniform = ViewUniform {
             clip_to_view: projection.inverse().as_mat4().to_cols_array_2d(),
             view_to_world: to_world.to_cols_array_2d(),
-            clip: (projection * DMat4::from_mat3(view_rotation)).as_mat4().to_cols_array_2d(),
+            clip: clip(camera).as_mat4().to_cols_array_2d(),
             camera: grid_camera.as_vec3().to_array(),
             clear_depth: frame.clear_depth,
             size: size.to_array(),
@@ -81,8 +81,7 @@ impl View {
         };
         if let Some((previous, previous_size)) = self.previous {
             let moved = DVec3::from(camera.position) - DVec3::from(previous.position);
-            let to_previous =
-                self::projection(&previous) * DMat4::from_mat3(rotation(&previous)) * DMat4::from_translation(moved);
+            let to_previous = clip(&previous) * DMat4::from_translation(moved);
             uniform.previous_clip = to_previous.as_mat4().to_cols_array_2d();
             uniform.camera_delta = (-moved).as_vec3().to_array();
             uniform.previous_size = previous_size.x | previous_size.y << 16;
@@ -125,6 +124,11 @@ pub struct FrameShape {
     pub clear_depth: f32,
     pub history_max: u32,
     pub pixel_rays: u32,
+}
+
+/// Clip space of a position relative to the camera in metres.
+pub fn clip(camera: &Camera) -> DMat4 {
+    projection(camera) * DMat4::from_mat3(rotation(camera))
 }
 
 fn projection(camera: &Camera) -> DMat4 {

@@ -2,10 +2,14 @@
 
 mod allocator;
 mod grid;
+mod light_queue;
 mod primitives;
 mod table;
+mod viewpoint;
 
 pub use allocator::ExtentAllocator;
 pub use grid::Grid;
+pub use light_queue::LightQueue;
 pub use primitives::{MAX_TRIANGLES, PrimitiveIndex, WorldGrid};
 pub use table::{BrickTable, Finished};
+pub use viewpoint::Viewpoint;

@@ -1,6 +1,6 @@
 //! The bricks table: what is resident, what waits, and the memory of both.
 
-use super::{ExtentAllocator, Grid};
+use super::{ExtentAllocator, Grid, LightQueue, Viewpoint};
 use crate::gpu::shared::{BrickCopy, BrickResult, LightBrick, NONE, PAGE_WORDS};
 use glam::{DVec3, IVec3, UVec3};
 use std::collections::{HashMap, HashSet};
@@ -18,10 +18,28 @@ struct Brick {
     page: u32,
     pages: u32,
     faces: u32,
-    /// Lighting updates so far.
+    /// Lighting updates since the lights of `epoch`.
     updates: u32,
-    /// Frame of the last one.
-    lit_frame: u32,
+    epoch: u32,
+    /// Its place in the queue for lighting.
+    due: u64,
+}
+
+/// A brick to be voxelised.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    /// Frame in which it began to wait.
+    since: u64,
+    /// Pages that it will take, where an earlier try has told.
+    pages: Option<u32>,
+}
+
+/// What is counted once after a change.
+#[derive(Clone, Copy, Debug)]
+struct Census {
+    missing: u32,
+    left_out: u32,
+    bounds: Option<(IVec3, IVec3)>,
 }
 
 /// A voxelised brick whose result has arrived.
@@ -46,8 +64,7 @@ pub struct BrickTable {
     /// Low corner of the window, in groups.
     window: Option<IVec3>,
     resident: HashMap<IVec3, Brick>,
-    /// To be voxelised, with the pages that they will take where an earlier try has told.
-    waiting: HashMap<IVec3, Option<u32>>,
+    waiting: HashMap<IVec3, Waiting>,
     in_flight: HashSet<IVec3>,
     /// Touched again while in flight.
     dirty: HashSet<IVec3>,
@@ -60,6 +77,15 @@ pub struct BrickTable {
     /// Memory has been freed, or the anchor has moved: `reach` may be too short.
     freed: bool,
     faces: u32,
+    /// Frames so far.
+    clock: u64,
+    lighting: LightQueue,
+    /// Counts the changes of the lights.
+    epoch: u32,
+    /// None: something has changed since it was taken.
+    census: Option<Census>,
+    /// Nothing has changed since nothing was found to voxelise.
+    quiet: bool,
 }
 
 impl BrickTable {
@@ -80,7 +106,38 @@ impl BrickTable {
             reach: f64::INFINITY,
             freed: false,
             faces: 0,
+            clock: 0,
+            lighting: LightQueue::default(),
+            epoch: 0,
+            census: None,
+            quiet: false,
         }
+    }
+
+    /// A frame begins.
+    pub fn tick(&mut self) {
+        self.clock += 1;
+    }
+
+    fn changed(&mut self) {
+        self.census = None;
+        self.quiet = false;
+    }
+
+    fn census(&mut self) -> Census {
+        if let Some(census) = self.census {
+            return census;
+        }
+        let absent = |b: &&IVec3| !self.resident.contains_key(*b);
+        let missing = self.waiting.keys().chain(&self.in_flight).chain(&self.oversized).filter(absent).count();
+        let beyond = self.waiting.keys().filter(|b| self.distance(**b) >= self.reach).filter(absent).count();
+        let filled = self.resident.iter().filter(|(_, b)| b.pages > 0).map(|(p, _)| (*p, *p + 1));
+        let census = Census {
+            missing: missing as u32,
+            left_out: (beyond + self.oversized.iter().filter(absent).count()) as u32,
+            bounds: filled.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))),
+        };
+        *self.census.insert(census)
     }
 
     /// Low corner of the window, in bricks.
@@ -94,16 +151,18 @@ impl BrickTable {
     }
 
     /// Bricks that should be resident and are not.
-    pub fn missing(&self) -> u32 {
-        let waiting = self.waiting.keys().chain(&self.in_flight).chain(&self.oversized);
-        waiting.filter(|b| !self.resident.contains_key(*b)).count() as u32
+    pub fn missing(&mut self) -> u32 {
+        self.census().missing
     }
 
     /// Those of the missing bricks that are left out for lack of memory.
-    pub fn left_out(&self) -> u32 {
-        let absent = |b: &&IVec3| !self.resident.contains_key(*b);
-        let beyond = self.waiting.keys().filter(|b| self.distance(**b) >= self.reach).filter(absent).count();
-        (beyond + self.oversized.iter().filter(absent).count()) as u32
+    pub fn left_out(&mut self) -> u32 {
+        self.census().left_out
+    }
+
+    /// Bounds of the resident bricks, in bricks.
+    pub fn bounds(&mut self) -> Option<(IVec3, IVec3)> {
+        self.census().bounds
     }
 
     /// Pages that will be in use once these bricks have taken the places of their forerunners.
@@ -115,7 +174,7 @@ impl BrickTable {
 
     /// Pages for everything: what is resident, what arrives, and what is missing, each of which counts as the mean of
     /// the others.
-    pub fn demand(&self, arriving: &[Finished]) -> u32 {
+    pub fn demand(&mut self, arriving: &[Finished]) -> u32 {
         let new = arriving.iter().filter(|f| !self.resident.contains_key(&f.position)).count() as u64;
         // What arrives is still in flight, and so among the missing.
         let (known, unknown) = (self.resident.len() as u64 + new, u64::from(self.missing()) - new);
@@ -140,7 +199,11 @@ impl BrickTable {
 
     /// Bricks whose triangles did not fit into memory are tried again.
     pub fn retry_oversized(&mut self) {
-        self.waiting.extend(self.oversized.drain().map(|brick| (brick, None)));
+        if !self.oversized.is_empty() {
+            self.changed();
+        }
+        let since = self.clock;
+        self.waiting.extend(self.oversized.drain().map(|brick| (brick, Waiting { since, pages: None })));
     }
 
     /// From the anchor, squared, in bricks.
@@ -160,6 +223,7 @@ impl BrickTable {
         if camera.distance_squared(self.anchor) > ANCHOR_BRICKS * ANCHOR_BRICKS {
             self.anchor = camera;
             self.freed = true;
+            self.changed();
         }
         let half = self.extent.as_ivec3() / 2;
         let wanted = (center / 32.0).round().as_ivec3() - half;
@@ -175,6 +239,7 @@ impl BrickTable {
         self.waiting.clear();
         self.oversized.clear();
         self.freed = true;
+        self.changed();
         true
     }
 
@@ -195,37 +260,51 @@ impl BrickTable {
             if self.window.is_none() || !self.covers(brick) {
                 continue;
             }
+            self.changed();
             self.oversized.remove(&brick);
             if self.in_flight.contains(&brick) {
                 self.dirty.insert(brick);
             } else {
-                self.waiting.insert(brick, None);
+                self.wait(brick, None);
             }
         }
+    }
+
+    /// A brick that waits already keeps its turn.
+    fn wait(&mut self, brick: IVec3, pages: Option<u32>) {
+        let since = self.clock;
+        self.waiting.entry(brick).or_insert(Waiting { since, pages }).pages = pages;
     }
 
     /// A brick has lost all its triangles: unless it must still be seen to vanish, there is nothing to wait for.
     pub fn forget(&mut self, brick: IVec3) {
         if !self.resident.contains_key(&brick) {
             self.waiting.remove(&brick);
+            self.changed();
         }
     }
 
-    /// Up to `count` bricks to voxelise now, nearest to `camera` (bricks) first, with their pages where they are known.
-    /// What is resident and has changed is redone wherever it lies.
-    pub fn next(&self, count: usize, camera: DVec3) -> Vec<(IVec3, Option<u32>)> {
+    /// Up to `count` bricks to voxelise now, with their pages where they are known. Each has a deadline: the frame in which
+    /// it began to wait and [`Viewpoint::patience`]. So what is in view comes first, then what is near, and nothing
+    /// starves. What is resident and has changed is redone wherever it lies.
+    pub fn next(&mut self, count: usize, viewpoint: &Viewpoint) -> Vec<(IVec3, Option<u32>)> {
+        if self.quiet {
+            return Vec::new();
+        }
         let within = |b: &IVec3| self.distance(*b) < self.reach || self.resident.contains_key(b);
-        let mut queue: Vec<_> = self.waiting.iter().filter(|(b, _)| within(b)).map(|(b, p)| (*b, *p)).collect();
-        let key = |(b, _): &(IVec3, Option<u32>)| {
-            let distance = (b.as_dvec3() + 0.5 - camera).length_squared();
-            ((distance * 16.0) as u64, b.to_array())
+        let deadline = |b: IVec3, w: &Waiting| (w.since as f64 + viewpoint.patience(b), b.to_array());
+        let waiting = self.waiting.iter().filter(|(b, _)| within(b));
+        let mut queue: Vec<_> = waiting.map(|(b, w)| (deadline(*b, w), *b, w.pages)).collect();
+        let earlier = |a: &((f64, [i32; 3]), IVec3, Option<u32>), b: &((f64, [i32; 3]), IVec3, Option<u32>)| {
+            a.0.0.total_cmp(&b.0.0).then_with(|| a.0.1.cmp(&b.0.1))
         };
         if queue.len() > count {
-            queue.select_nth_unstable_by_key(count, key);
+            queue.select_nth_unstable_by(count, earlier);
             queue.truncate(count);
         }
-        queue.sort_unstable_by_key(key);
-        queue
+        queue.sort_unstable_by(earlier);
+        self.quiet = queue.is_empty();
+        queue.into_iter().map(|(_, b, pages)| (b, pages)).collect()
     }
 
     /// Where memory has been freed or the anchor has moved, decides again how far it reaches: the nearest bricks, with
@@ -238,9 +317,10 @@ impl BrickTable {
         if !self.is_full() {
             return;
         }
+        self.changed();
         let mean = self.pages.used().div_ceil((self.resident.len() as u32).max(1));
         let resident = self.resident.iter().filter(|(b, _)| !self.waiting.contains_key(*b)).map(|(b, r)| (*b, r.pages));
-        let waiting = self.waiting.iter().map(|(b, pages)| (*b, pages.unwrap_or(mean)));
+        let waiting = self.waiting.iter().map(|(b, w)| (*b, w.pages.unwrap_or(mean)));
         let arriving = self.in_flight.iter().filter(|b| !self.resident.contains_key(*b)).map(|b| (*b, mean));
         let mut all: Vec<(f64, u32)> =
             resident.chain(waiting).chain(arriving).map(|(b, pages)| (self.distance(b), pages)).collect();
@@ -261,6 +341,7 @@ impl BrickTable {
     pub fn start(&mut self, brick: IVec3) {
         self.waiting.remove(&brick);
         self.in_flight.insert(brick);
+        self.changed();
     }
 
     /// Leaves a waiting brick out because its triangles do not fit into memory, until some is freed.
@@ -268,12 +349,16 @@ impl BrickTable {
         self.waiting.remove(&brick);
         self.evict(brick);
         self.oversized.insert(brick);
+        self.changed();
     }
 
     /// Takes in voxelised bricks: finds them a place (evicting farther ones when full) and returns what to copy.
     pub fn finish(&mut self, finished: &[Finished]) -> Vec<BrickCopy> {
         let mut copies = Vec::new();
         let mut farthest = None;
+        if !finished.is_empty() {
+            self.changed();
+        }
         for Finished { position, result } in finished {
             self.in_flight.remove(position);
             let covered = self.covers(*position);
@@ -283,7 +368,7 @@ impl BrickTable {
             }
             let pages = result.words.div_ceil(PAGE_WORDS);
             if dirty || result.offset == NONE {
-                self.waiting.insert(*position, (!dirty).then_some(pages));
+                self.wait(*position, (!dirty).then_some(pages));
                 continue;
             }
             let before = self.evict(*position);
@@ -294,10 +379,12 @@ impl BrickTable {
             }
             let Some(page) = self.place(pages, *position, &mut farthest) else {
                 self.reach = self.reach.min(self.distance(*position));
-                self.waiting.insert(*position, Some(pages));
+                self.wait(*position, Some(pages));
                 continue;
             };
-            let brick = Brick { page, pages, faces: result.faces, ..Brick::default() };
+            let distance = self.distance(*position).sqrt();
+            let due = if result.faces > 0 { self.lighting.enter(*position, distance) } else { 0 };
+            let brick = Brick { page, pages, faces: result.faces, updates: 0, epoch: self.epoch, due };
             self.resident.insert(*position, brick);
             self.faces += result.faces;
             let target_word = page * PAGE_WORDS;
@@ -315,6 +402,7 @@ impl BrickTable {
             self.pages.free(old.page, old.pages);
             self.grid.remove(brick);
             self.faces -= old.faces;
+            self.lighting.remove(brick, old.due);
         }
         old.pages
     }
@@ -339,9 +427,15 @@ impl BrickTable {
             let freed = self.evict(far);
             if freed > 0 {
                 self.reach = self.reach.min(self.distance(far));
-                self.waiting.entry(far).or_insert(Some(freed));
+                self.wait_again(far, freed);
             }
         }
+    }
+
+    /// A brick that has lost its place: what it waits for already counts for more.
+    fn wait_again(&mut self, brick: IVec3, pages: u32) {
+        let since = self.clock;
+        self.waiting.entry(brick).or_insert(Waiting { since, pages: Some(pages) });
     }
 
     /// Resident bricks that take pages, nearest to the anchor first.
@@ -362,13 +456,14 @@ impl BrickTable {
     /// Makes do with fewer pages: the nearest bricks that fit move to the start, the others wait again. Returns what is
     /// kept: first page before, first page now, pages.
     pub fn shrink(&mut self, pages: u32) -> Vec<[u32; 3]> {
+        self.changed();
         let mut moves = Vec::new();
         let mut next = 0;
         for position in self.by_distance() {
             let brick = self.resident[&position];
             if next + brick.pages > pages {
                 self.evict(position);
-                self.waiting.entry(position).or_insert(Some(brick.pages));
+                self.wait_again(position, brick.pages);
                 continue;
             }
             moves.push([brick.page, next, brick.pages]);
@@ -382,35 +477,26 @@ impl BrickTable {
         moves
     }
 
-    /// Chooses bricks for lighting: least recently and least often lit first, nearer ones sooner, up to `budget` faces,
-    /// and `bricks_max` bricks, each to be lit `sweeps` times. Returns them with the number of their faces.
+    /// Chooses bricks for lighting, those that are due first, up to `budget` faces and `bricks_max` bricks, each to be lit
+    /// `sweeps` times. Returns them with the number of their faces.
     pub fn choose_for_light(
         &mut self,
         budget: u32,
         bricks_max: usize,
         sweeps: u32,
-        frame: u32,
         camera: DVec3,
     ) -> (Vec<LightBrick>, u32) {
-        let mut candidates: Vec<(f64, IVec3)> = self
-            .resident
-            .iter()
-            .filter(|(_, b)| b.faces > 0)
-            .map(|(p, b)| {
-                let age = f64::from(frame.wrapping_sub(b.lit_frame));
-                let distance = 8.0 + (p.as_dvec3() + 0.5 - camera).length();
-                (if b.updates == 0 { -1e12 / distance } else { -age / distance }, *p)
-            })
-            .collect();
-        let key =
-            |a: &(f64, IVec3), b: &(f64, IVec3)| a.0.total_cmp(&b.0).then_with(|| a.1.to_array().cmp(&b.1.to_array()));
-        candidates.sort_unstable_by(key);
         let window = self.window();
-        let (mut chosen, mut faces) = (Vec::new(), 0);
-        for (_, position) in candidates {
-            let brick = self.resident.get_mut(&position).expect("a candidate is resident");
-            if faces + brick.faces > budget || chosen.len() == CHOSEN_MAX.min(bricks_max) {
+        let (mut chosen, mut faces, mut again) = (Vec::new(), 0, Vec::new());
+        while chosen.len() < CHOSEN_MAX.min(bricks_max) {
+            let Some(position) = self.lighting.first() else { break };
+            let brick = self.resident.get_mut(&position).expect("what is to be lit is resident");
+            if faces + brick.faces > budget {
                 break;
+            }
+            self.lighting.remove(position, brick.due);
+            if brick.epoch != self.epoch {
+                (brick.epoch, brick.updates) = (self.epoch, 0);
             }
             let p = (position - window).as_uvec3();
             chosen.push(LightBrick {
@@ -421,22 +507,20 @@ impl BrickTable {
             });
             faces += brick.faces;
             brick.updates += sweeps;
-            brick.lit_frame = frame;
+            again.push(position);
+        }
+        for position in again {
+            let distance = (position.as_dvec3() + 0.5 - camera).length();
+            let brick = self.resident.get_mut(&position).expect("it has just been lit");
+            brick.due = self.lighting.enter_again(position, self.clock, distance);
         }
         (chosen, faces)
     }
 
-    /// Bounds of the resident bricks, in bricks.
-    pub fn bounds(&self) -> Option<(IVec3, IVec3)> {
-        let mut filled = self.resident.iter().filter(|(_, b)| b.pages > 0).map(|(p, _)| *p);
-        let first = filled.next()?;
-        let (low, high) = filled.fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
-        Some((low, high + 1))
-    }
-
-    /// Forgets what lighting has settled: everything converges anew.
+    /// Forgets what lighting has settled: everything converges anew. Whose turn it is stays: lights that change every
+    /// frame keep no brick from being lit.
     pub fn invalidate_lighting(&mut self) {
-        self.resident.values_mut().for_each(|b| b.updates = 0);
+        self.epoch = self.epoch.wrapping_add(1);
     }
 }
 
@@ -471,7 +555,7 @@ mod tests {
         let mut tries = 0;
         loop {
             table.share_out();
-            let next = table.next(50, camera / 8.0);
+            let next = table.next(50, &Viewpoint::all_round(camera / 8.0));
             if next.is_empty() {
                 return tries;
             }
@@ -502,6 +586,49 @@ mod tests {
         assert_eq!(table.resident() + table.missing(), bricks.len() as u32);
         assert!(tries < bricks.len() * 3 / 4, "{tries}: what has no chance is not even tried");
         assert_eq!(settle(&mut table, DVec3::ZERO), 0, "nothing has changed");
+    }
+
+    /// Near bricks that change in every frame keep no far one waiting for ever.
+    #[test]
+    fn nothing_starves() {
+        let (mut table, bricks) = table(40_000);
+        let view = Viewpoint::all_round(DVec3::ZERO);
+        let near: Vec<IVec3> = bricks.iter().copied().filter(|b| b.as_dvec3().length() < 6.0).collect();
+        let farthest = bricks.iter().map(|b| view.patience(*b)).fold(0.0, f64::max);
+        let per_frame = near.len() + 2;
+        let mut frames = 0;
+        while table.missing() > 0 {
+            table.tick();
+            table.touch(&near);
+            let next = table.next(per_frame, &view);
+            next.iter().for_each(|(b, _)| table.start(*b));
+            let result = |b| BrickResult { words: pages_of(b) * PAGE_WORDS, offset: 0, faces: 1, voxels_planes: 0 };
+            let finished: Vec<_> = next.iter().map(|(b, _)| Finished { position: *b, result: result(*b) }).collect();
+            table.finish(&finished);
+            frames += 1;
+            // Two bricks a frame are not near ones.
+            assert!(frames < bricks.len() / 2 + farthest as usize, "{} bricks still wait", table.missing());
+        }
+        assert!(frames > farthest as usize / 2, "the near ones have gone first");
+    }
+
+    #[test]
+    fn lighting_goes_round() {
+        let (mut table, bricks) = table(40_000);
+        settle(&mut table, DVec3::ZERO);
+        let budget = bricks.len() as u32 / 10;
+        let mut lit: HashMap<u32, Vec<u32>> = HashMap::new();
+        for frame in 0..200 {
+            table.tick();
+            // Lights that change in every frame.
+            table.invalidate_lighting();
+            let (chosen, faces) = table.choose_for_light(budget, usize::MAX, 1, DVec3::ZERO);
+            assert_eq!((chosen.len() as u32, faces), (budget, budget));
+            chosen.iter().for_each(|b| lit.entry(b.base).or_default().push(frame));
+        }
+        assert_eq!(lit.len(), bricks.len(), "every brick has had its turn");
+        let gap = lit.values().flat_map(|frames| frames.windows(2).map(|f| f[1] - f[0])).max();
+        assert!(gap.is_some_and(|gap| gap < 40), "a brick waits {gap:?} frames");
     }
 
     #[test]

@@ -44,6 +44,8 @@ const UPLOAD_BASE_BYTES: u64 = 4 << 10;
 const UPLOAD_VIEW_BYTES: u64 = 1 << 10;
 /// Most that is set aside for voxelisation, however large the budget.
 const VOXELIZATION_MAX: u64 = 8 << 20;
+/// Most that a frame's payload and triangles may take beyond their share of what the bricks will not need.
+const FRAME_SPARE_MAX: u64 = 8 << 20;
 
 /// How the budget is divided. Bytes, unless said otherwise.
 struct Shares {
@@ -324,8 +326,16 @@ impl Memory {
     }
 
     /// Makes room to voxelise up to `bricks` bricks, each of which takes about `brick` bytes when it is done and uploads
-    /// about `upload` bytes of triangles. None where there is no room now.
-    pub fn scratch(&mut self, scope: &mut FrameScope, bricks: u32, brick: u64, upload: u64) -> Result<Option<Scratch>> {
+    /// about `upload` bytes of triangles; `spare` bytes of the budget will not be needed by bricks. None where there is
+    /// no room now.
+    pub fn scratch(
+        &mut self,
+        scope: &mut FrameScope,
+        bricks: u32,
+        [brick, upload]: [u64; 2],
+        spare: u64,
+    ) -> Result<Option<Scratch>> {
+        let frame = self.shares.frame + (spare / 4 * 3 / self.shares.frames_in_flight).min(FRAME_SPARE_MAX);
         let results = u64::from(bricks) * size_of::<BrickResult>() as u64;
         let have = self.frames[scope.index].results.as_ref().map_or(0, |b| b.size);
         if have < results && results.next_multiple_of(256) <= self.room(scope) {
@@ -351,11 +361,11 @@ impl Memory {
         }
         let batch = new.unwrap_or(have);
 
-        let bytes = brick * u64::from(bricks).min(self.shares.frame / (brick + upload).max(1));
-        let wanted = bytes.clamp(PAYLOAD_MIN, self.shares.frame - TRIANGLES_MIN).next_multiple_of(256);
+        let bytes = brick * u64::from(bricks).min(frame / (brick + upload).max(1));
+        let wanted = bytes.clamp(PAYLOAD_MIN, frame - TRIANGLES_MIN).next_multiple_of(256);
         let have = self.frames[scope.index].payload.as_ref().map_or(0, |b| b.size);
-        // A little less than wanted will do.
-        let new = if have + have / 2 < wanted {
+        // A little less than wanted will do; far too much is taken from the triangles.
+        let new = if have + have / 2 < wanted || have > 4 * wanted {
             let sizes = [wanted, if have == 0 { PAYLOAD_MIN } else { wanted }];
             sizes.into_iter().find(|bytes| *bytes <= self.room(scope))
         } else {
@@ -374,7 +384,7 @@ impl Memory {
         }
         let taken = scope.frame.upload.bytes().len() as u64 + scope.upload_reserve;
         let upload = self.upload_limit(scope).saturating_sub(taken);
-        let share = self.shares.frame.saturating_sub(payload).max(TRIANGLES_MIN).min(upload);
+        let share = frame.saturating_sub(payload).max(TRIANGLES_MIN).min(upload);
         Ok(Some(Scratch { bricks: bricks as usize, batch, payload_words, upload, share }))
     }
 

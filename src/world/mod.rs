@@ -2,7 +2,7 @@
 
 mod memory;
 
-use crate::bricks::{BrickTable, Finished, MAX_TRIANGLES, PrimitiveIndex, WorldGrid};
+use crate::bricks::{BrickTable, Finished, MAX_TRIANGLES, PrimitiveIndex, Viewpoint, WorldGrid};
 use crate::context::ResourceSize;
 use crate::error::Result;
 use crate::frame::{Command, Frame};
@@ -15,7 +15,7 @@ use crate::passes;
 use crate::passes::bricks::Voxelization;
 use crate::scene::{Light, Scene};
 use crate::settings::Settings;
-use glam::{DVec3, IVec3, UVec3, Vec3};
+use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
 use memory::{BricksLimit, Fixed, Memory, PAGE_BYTES};
 use std::collections::{HashMap, HashSet};
 
@@ -74,6 +74,8 @@ pub struct World {
     materials_wait: bool,
     /// Mean words of the bricks seen so far.
     mean_words: f32,
+    /// Bytes of the budget that the bricks will not need, as far as is known.
+    spare: u64,
     /// Mean bytes of triangles that they uploaded.
     mean_upload: f32,
     updates: u32,
@@ -103,6 +105,7 @@ impl World {
             material_index: HashMap::new(),
             materials_wait: false,
             mean_words: 1024.0,
+            spare: 0,
             mean_upload: 2048.0,
             updates: 0,
             idle: 0,
@@ -164,8 +167,10 @@ impl World {
         self.flights[index].light_rays + self.memory.probe_rays(index)
     }
 
-    /// The world's part of a frame. Returns the bytes that the frame's upload buffer may have.
-    pub fn frame(&mut self, scope: &mut FrameScope, scene: &mut Scene, eye: DVec3) -> Result<u64> {
+    /// The world's part of a frame seen from `eye` (voxels); `clip` is clip space of the position relative to it in metres.
+    /// Returns the bytes that the frame's upload buffer may have.
+    pub fn frame(&mut self, scope: &mut FrameScope, scene: &mut Scene, eye: DVec3, clip: DMat4) -> Result<u64> {
+        self.table.tick();
         let fixed = self.fixed(scene);
         self.memory.check(&fixed)?;
         self.steady_frames = self.steady_frames.saturating_add(1);
@@ -175,7 +180,7 @@ impl World {
         scope.frame.commands.push(Command::Clear("counters"));
         self.upload_materials(scope, scene)?;
         self.commit(scope, scene)?;
-        self.voxelize(scope, scene, eye / 8.0)?;
+        self.voxelize(scope, scene, &Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size))?;
         self.light(scope, scene, eye / 8.0)?;
         self.tell(scope.settings);
         self.memory.finish(scope)
@@ -277,11 +282,14 @@ impl World {
         let capacity = self.table.pages.capacity();
         if capacity == 0 {
             self.table.grow(FIRST_PAGES);
+            self.spare = u64::from(steady) * PAGE_BYTES;
             self.memory.replace_bricks(scope, FIRST_PAGES, &[])?;
             return Ok(());
         }
         let lacking = capacity < self.table.pages_with(arriving) + arriving_slack(arriving) || self.table.is_full();
         let wanted = demand.saturating_add(demand / 8).min(steady);
+        // While they grow, the old pages stand beside the new ones.
+        self.spare = u64::from(steady.saturating_sub(wanted).saturating_sub(capacity)) * PAGE_BYTES;
         let small = (steady / 8).min(beside).max(FIRST_PAGES);
         if capacity > steady + self.memory.tolerance() && small < capacity {
             let kept = self.table.shrink(small);
@@ -305,8 +313,8 @@ impl World {
         }
     }
 
-    fn voxelize(&mut self, scope: &mut FrameScope, scene: &Scene, camera: DVec3) -> Result<()> {
-        let queue = self.table.next(scope.settings.voxelize_bricks_per_frame as usize, camera);
+    fn voxelize(&mut self, scope: &mut FrameScope, scene: &Scene, viewpoint: &Viewpoint) -> Result<()> {
+        let queue = self.table.next(scope.settings.voxelize_bricks_per_frame as usize, viewpoint);
         // Materials that wait for room get it when nothing is voxelised.
         if queue.is_empty() || self.materials_wait {
             self.release_scratch(scope);
@@ -314,7 +322,7 @@ impl World {
         }
         let expected = 1.125 * self.mean_words;
         let (brick_bytes, upload_bytes) = ((4.0 * expected) as u64, self.mean_upload as u64);
-        let scratch = self.memory.scratch(scope, queue.len() as u32, brick_bytes, upload_bytes)?;
+        let scratch = self.memory.scratch(scope, queue.len() as u32, [brick_bytes, upload_bytes], self.spare)?;
         let Some(scratch) = scratch else { return Ok(()) };
         let (mut batch, mut triangles) = (Vec::new(), Vec::new());
         let mut payload = 0.0;
@@ -411,7 +419,7 @@ impl World {
         let room = self.memory.fit_lighting(scope, total.min(settings.light_faces_per_frame))?;
         let budget = settings.light_faces_per_frame.min(room);
         let bricks_max = self.memory.light_bricks(scope);
-        let (bricks, faces) = self.table.choose_for_light(budget, bricks_max, sweeps, scope.frame_index, camera);
+        let (bricks, faces) = self.table.choose_for_light(budget, bricks_max, sweeps, camera);
         if !bricks.is_empty() {
             passes::light::light(
                 &mut scope.frame,
