@@ -172,13 +172,17 @@ impl BrickTable {
         self.pages.used() - before + now
     }
 
-    /// Pages for everything: what is resident, what arrives, and what is missing, each of which counts as the mean of
-    /// the others.
+    /// Pages for everything: what is resident, what arrives, what has been tried, and the rest of what is missing, each of
+    /// which counts as the mean of the others.
     pub fn demand(&mut self, arriving: &[Finished]) -> u32 {
         let new = arriving.iter().filter(|f| !self.resident.contains_key(&f.position)).count() as u64;
+        let absent = self.waiting.iter().filter(|(b, _)| !self.resident.contains_key(*b));
+        let (tried, tried_pages) =
+            absent.filter_map(|(_, w)| w.pages).fold((0, 0), |(n, sum), pages| (n + 1, sum + u64::from(pages)));
         // What arrives is still in flight, and so among the missing.
-        let (known, unknown) = (self.resident.len() as u64 + new, u64::from(self.missing()) - new);
-        let pages = u64::from(self.pages_with(arriving));
+        let known = self.resident.len() as u64 + new + tried;
+        let unknown = u64::from(self.missing()) - new - tried;
+        let pages = u64::from(self.pages_with(arriving)) + tried_pages;
         u32::try_from(pages + (pages * unknown).div_ceil(known.max(1))).unwrap_or(u32::MAX)
     }
 

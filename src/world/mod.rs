@@ -282,7 +282,6 @@ impl World {
         let capacity = self.table.pages.capacity();
         if capacity == 0 {
             self.table.grow(FIRST_PAGES);
-            self.spare = u64::from(steady) * PAGE_BYTES;
             self.memory.replace_bricks(scope, FIRST_PAGES, &[])?;
             return Ok(());
         }
@@ -298,7 +297,13 @@ impl World {
         if !lacking || wanted <= capacity {
             return Ok(());
         }
-        let target = if wanted > steady / 2 { beside } else { wanted.min(beside) };
+        // A few bricks say little of the others: what they ask for must leave room for the last step.
+        let first_step = if (self.table.resident() + arriving.len() as u32) * 8 < bricks {
+            (steady / 8).max(self.table.pages_with(arriving) + arriving_slack(arriving))
+        } else {
+            u32::MAX
+        };
+        let target = if wanted > steady / 2 { beside } else { wanted.min(beside) }.min(first_step);
         if target < wanted && momentary {
             return Ok(());
         }
