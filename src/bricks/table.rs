@@ -220,9 +220,10 @@ impl BrickTable {
         relative.cmpge(IVec3::ZERO).all() && relative.cmplt((self.extent * 4).as_ivec3()).all()
     }
 
-    /// Moves the window so that `center` (voxels) is in its middle third, and frees what leaves it. Whether it moved: then
-    /// what the new window holds is to be told to [`Self::enter`].
-    pub fn follow(&mut self, center: DVec3) -> bool {
+    /// Moves the window so that `center` (voxels) is in its middle third, or, along axes where the scene's end is nearer
+    /// than the window's, so that it holds as much of the scene as it can; frees what leaves it. `scene`: corners of the
+    /// scene, voxels. Whether it moved: then what the new window holds is to be told to [`Self::enter`].
+    pub fn follow(&mut self, center: DVec3, scene: Option<(DVec3, DVec3)>) -> bool {
         let camera = center / 8.0;
         if camera.distance_squared(self.anchor) > ANCHOR_BRICKS * ANCHOR_BRICKS {
             self.anchor = camera;
@@ -230,9 +231,12 @@ impl BrickTable {
             self.changed();
         }
         let half = self.extent.as_ivec3() / 2;
-        let wanted = (center / 32.0).round().as_ivec3() - half;
+        let centered = (center / 32.0).round().as_ivec3() - half;
+        let (least, most) = scene.map_or((centered, centered), |(low, high)| self.window_range(low, high));
+        let within = |w: IVec3| if scene.is_some() { w.clamp(least, most) } else { w };
+        let wanted = within(centered);
         let slack = (self.extent.as_ivec3() / 6).max(IVec3::ONE);
-        if self.window.is_some_and(|w| (w - wanted).abs().cmple(slack).all()) {
+        if self.window.is_some_and(|w| (w - wanted).abs().cmple(slack).all() && within(w) == w) {
             return false;
         }
         self.window = Some(wanted);
@@ -245,6 +249,16 @@ impl BrickTable {
         self.freed = true;
         self.changed();
         true
+    }
+
+    /// Least and greatest low corners (groups) of a window that holds a scene with these corners (voxels), or nothing else
+    /// along axes where the scene is the larger.
+    fn window_range(&self, low: DVec3, high: DVec3) -> (IVec3, IVec3) {
+        // Far beyond anything that a grid can address; keeps the arithmetic from overflowing.
+        let group = |p: DVec3| (p / 32.0).floor().clamp(DVec3::splat(-1e8), DVec3::splat(1e8)).as_ivec3();
+        // A voxel around the scene also decides about its faces.
+        let (first, end) = (group(low - 2.0), group(high + 2.0) + 1 - self.extent.as_ivec3());
+        (first.min(end), first.max(end))
     }
 
     /// Queues what a moved window holds and is not yet resident.
@@ -547,7 +561,7 @@ mod tests {
     fn table(pages: u32) -> (BrickTable, Vec<IVec3>) {
         let mut table = BrickTable::new(UVec3::new(8, 1, 8));
         table.grow(pages);
-        assert!(table.follow(DVec3::ZERO));
+        assert!(table.follow(DVec3::ZERO, None));
         let bricks: Vec<IVec3> =
             (-16..16).flat_map(|x| (-16..16).map(move |z| IVec3::new(x, 0, z))).filter(|b| table.covers(*b)).collect();
         table.enter(bricks.iter().copied());
@@ -635,15 +649,33 @@ mod tests {
         assert!(gap.is_some_and(|gap| gap < 40), "a brick waits {gap:?} frames");
     }
 
+    /// A camera high above a scene that the window can hold keeps it; a scene larger than the window is followed.
+    #[test]
+    fn the_window_holds_the_scene() {
+        let mut table = BrickTable::new(UVec3::new(8, 2, 8));
+        let scene = Some((DVec3::new(-1000.0, -3.0, -100.0), DVec3::new(1000.0, 20.0, 100.0)));
+        let holds = |table: &BrickTable, p: DVec3| table.covers((p / 8.0).floor().as_ivec3());
+        assert!(table.follow(DVec3::new(0.0, 60.0, 0.0), scene));
+        let (low, high) = (DVec3::new(0.0, -5.0, -102.0), DVec3::new(0.0, 22.0, 102.0));
+        assert!(holds(&table, low) && holds(&table, high));
+        assert!(table.follow(DVec3::new(400.0, 1e6, 0.0), scene));
+        assert!(holds(&table, low + DVec3::X * 400.0) && holds(&table, high + DVec3::X * 400.0));
+        assert!(!table.follow(DVec3::new(410.0, -1e6, 10.0), scene), "nothing to gain");
+        // The scene has grown: what the window can hold it must.
+        let grown = Some((DVec3::new(-1000.0, -9.0, -100.0), DVec3::new(1000.0, 20.0, 120.0)));
+        table.follow(DVec3::new(410.0, 0.0, 10.0), grown);
+        assert!(holds(&table, DVec3::new(410.0, -9.0, 120.0)));
+    }
+
     #[test]
     fn the_memory_follows_the_camera() {
         let (mut table, _) = table(4000);
         settle(&mut table, DVec3::ZERO);
         let near = DVec3::new(20.0, 0.0, 0.0);
-        assert!(!table.follow(near));
+        assert!(!table.follow(near, None));
         assert_eq!(settle(&mut table, near), 0, "too little to begin anew");
         let far = DVec3::new(40.0, 0.0, 0.0);
-        assert!(!table.follow(far), "the window stays");
+        assert!(!table.follow(far, None), "the window stays");
         assert!(settle(&mut table, far) > 0);
         assert_nearest(&table);
     }

@@ -67,6 +67,8 @@ pub struct World {
     pub table: BrickTable,
     primitives: PrimitiveIndex,
     pub grid: WorldGrid,
+    /// Corners of everything that has ever been in the scene, voxels.
+    bounds: Option<(DVec3, DVec3)>,
     memory: Memory,
     flights: Vec<Flight>,
     material_index: HashMap<u64, u32>,
@@ -101,6 +103,7 @@ impl World {
                 voxel_size: f64::from(settings.voxel_size),
                 offset: DVec3::from(settings.grid_offset.map(f64::from)),
             },
+            bounds: None,
             flights: vec![Flight::default(); frames_in_flight],
             material_index: HashMap::new(),
             materials_wait: false,
@@ -125,6 +128,10 @@ impl World {
     pub fn instances_changed(&mut self, changed: &HashSet<u64>, scene: &Scene) {
         let mut ids: Vec<u64> = changed.iter().copied().collect();
         ids.sort_unstable();
+        for (low, high) in ids.iter().filter_map(|id| instance_bounds(*id, scene, &self.grid)) {
+            let (a, b) = self.bounds.unwrap_or((low, high));
+            self.bounds = Some((a.min(low), b.max(high)));
+        }
         // Without a window yet, the first camera brings everything in.
         let Some(window) = self.table.window_bricks() else { return };
         for id in ids {
@@ -138,7 +145,7 @@ impl World {
 
     /// Follows the camera; a window that moved holds other triangles.
     fn follow(&mut self, eye: DVec3, scene: &Scene) {
-        if !self.table.follow(eye) {
+        if !self.table.follow(eye, self.bounds) {
             return;
         }
         let window = self.table.window_bricks().expect("it has just moved");
@@ -498,6 +505,14 @@ impl World {
 /// Pages that should be free beside what arrives: holes are not all of use.
 fn arriving_slack(arriving: &[Finished]) -> u32 {
     arriving.iter().map(|f| f.result.words).sum::<u32>() / PAGE_WORDS / 8
+}
+
+/// Corners of an instance, voxels.
+fn instance_bounds(id: u64, scene: &Scene, grid: &WorldGrid) -> Option<(DVec3, DVec3)> {
+    let instance = scene.instances.get(&id)?;
+    let place = |p: &Vec3| grid.to_voxels(instance.linear * p.as_dvec3() + instance.translation);
+    let corners = scene.meshes.get(&instance.mesh)?.positions.iter().map(|p| (place(p), place(p)));
+    corners.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
 fn emission_max(scene: &Scene) -> f32 {
