@@ -232,13 +232,19 @@ fn settle(host: &mut Host, memory_budget: u64) {
 }
 
 fn add_instance(host: &mut Host, index: usize) {
+    add_instance_at(host, index, index as u64, [0.0; 3]);
+}
+
+/// One of the scene's instances, moved.
+fn add_instance_at(host: &mut Host, index: usize, id: u64, offset: [f64; 3]) {
     let instance = &host.scene().instances[index];
+    let translation = [0, 1, 2].map(|axis| instance.translation[axis] + offset[axis]);
     let instance = InstanceDesc {
-        id: index as u64,
+        id,
         mesh: instance.mesh as u64,
         material: instance.material as u64,
         linear: instance.linear,
-        translation: instance.translation,
+        translation,
     };
     let update = MeshUpdate { instances: &[instance], ..MeshUpdate::default() };
     host.context_mut().update_meshes(&update).expect("a valid instance");
@@ -270,7 +276,8 @@ fn a_camera_that_moves_keeps_the_budget() {
     let (pages, cameras) = (host.stats().pages, host.scene().cameras.clone());
     host.set_camera(cameras[1].clone()).expect("the second camera");
     settle(&mut host, SMALL_BUDGET);
-    // The window leaves the scene, and comes back.
+    // Something far away makes the scene larger than the window, which leaves it, and comes back.
+    add_instance_at(&mut host, 0, 1000, [4000.0, 0.0, 0.0]);
     let mut away = cameras[0].clone();
     away.position[0] += 2000.0;
     host.set_camera(away).expect("a valid camera");
