@@ -68,6 +68,8 @@ fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
     var brick_cell = vec3<i32>(-1);
     var brick = 0u;
     var block_mask = 0u;
+    var block_cell = vec3<i32>(-1);
+    var block = Block();
 
     for (var step = 0u; step < MAX_STEPS; step++) {
         if any(cell < vec3<i32>(0)) || any(cell > top) || t > t_end { break; }
@@ -91,10 +93,15 @@ fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
                     brick = world_grid[group_entries + mask_rank(group_low, group_high, bit)];
                     block_mask = world_bricks[brick];
                 }
+                let c = cell >> vec3<u32>(2u);
+                if any(c != block_cell) {
+                    block_cell = c;
+                    block = brick_block(brick, block_mask, block_index(vec3<u32>(cell)));
+                }
                 size = 4;
-                if ((block_mask >> block_index(vec3<u32>(cell))) & 1u) != 0u {
+                if (block.low | block.high) != 0u {
                     size = 1;
-                    voxel = brick_voxel(brick, block_mask, vec3<u32>(cell));
+                    voxel = block_voxel(block, vec3<u32>(cell));
                 }
             }
         }

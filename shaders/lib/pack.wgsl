@@ -49,6 +49,17 @@ fn albedo_decode(word: u32) -> vec3<f32> {
     return q * q;
 }
 
+// RGB 11 11 10 of the square root: fine enough to need no dither, so that equal surfaces stay equal.
+fn fine_albedo_encode(albedo: vec3<f32>) -> u32 {
+    let q = vec3<u32>(round(sqrt(clamp(albedo, vec3<f32>(0.0), vec3<f32>(1.0))) * vec3<f32>(2047.0, 2047.0, 1023.0)));
+    return q.x | (q.y << 11u) | (q.z << 22u);
+}
+
+fn fine_albedo_decode(word: u32) -> vec3<f32> {
+    let q = vec3<f32>(vec3<u32>(word & 2047u, (word >> 11u) & 2047u, word >> 22u)) / vec3<f32>(2047.0, 2047.0, 1023.0);
+    return q * q;
+}
+
 // A face's plane: n.p = offset in the voxel's unit cube.
 struct Plane {
     normal: vec3<f32>,

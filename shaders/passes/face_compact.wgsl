@@ -17,16 +17,16 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         if ((block_mask >> block) & 1u) == 0u { continue; }
         let corner = vec3<u32>(block & 1u, (block >> 1u) & 1u, block >> 2u) * BLOCK_VOXELS;
         let cell = corner + vec3<u32>(thread & 3u, (thread >> 2u) & 3u, thread >> 4u);
-        let voxel = brick_voxel(brick.base, block_mask, cell);
+        let packed = brick_block(brick.base, block_mask, block);
+        let voxel = block_voxel(packed, cell);
         if voxel.found {
             let local = cell.x | (cell.y << 3u) | (cell.z << 6u);
             for (var side = 0u; side < 6u; side++) {
                 if is_lit(voxel, side) {
-                    vis_faces[place + light_rank(voxel, side)] = (index << 12u) | (local << 3u) | side;
+                    vis_faces[place + light_address(voxel, side) - packed.light] = (index << 12u) | (local << 3u) | side;
                 }
             }
         }
-        let record = brick.base + 1u + BLOCK_WORDS * countOneBits(block_mask & ((1u << block) - 1u));
-        place += (world_bricks[record + 3u] >> 16u) & 511u;
+        place += runs_lit(packed.runs);
     }
 }

@@ -1,7 +1,9 @@
-// Packs the voxelised faces of a brick tightly: masks, voxels, planes, coverage, emission, albedo. One workgroup a
-// brick, one voxel of a block a thread. The layout is that of lib/world.wgsl.
+// Packs the voxelised faces of a brick tightly, in the layout of lib/brick.wgsl. One workgroup a brick, one voxel of a
+// block a thread. Surfaces that occur often are stored once, where that is shorter.
 
+#import shared/limits.wgsl
 #import lib/triangles.wgsl
+#import lib/scan.wgsl
 
 struct FaceResolvePush {
     first_brick: u32,
@@ -19,22 +21,38 @@ var<immediate> push: FaceResolvePush;
 @res var<storage, read_write> payload: array<u32>;
 @res var<storage, read_write> brick_results: array<BrickResult>;
 
-var<workgroup> scan: array<u32, 64>;
-// Per block: voxels 7 | plane words 10 << 7 | lit 9 << 17 | emissive << 31.
+// An occupied voxel of a block, or zeros.
+struct Packed {
+    // Sides stored 6 | sides lit 6 << 6 | part-filled << 31.
+    word: u32,
+    // What stands below: voxels 7 | lit sides 9 << 7.
+    place: u32,
+    // Where its surfaces are or, with NEW set, are to be written.
+    surface: u32,
+}
+const NEW: u32 = 0x80000000u;
+
+// Per block: voxels 7 | lit sides 9 << 7 | surfaces 9 << 16 | emissive << 31.
 var<workgroup> totals: array<u32, 8>;
 var<workgroup> emissive: atomic<u32>;
 var<workgroup> mask_low: array<atomic<u32>, 8>;
 var<workgroup> mask_high: array<atomic<u32>, 8>;
 var<workgroup> start: u32;
+// Of a block's voxels: sides stored, and surfaces, six each.
+var<workgroup> stored: array<u32, 64>;
+var<workgroup> surfaces: array<vec2<u32>, 384>;
+// First voxel of a block with the same surfaces.
+var<workgroup> likes: array<u32, 64>;
 
-const VOXELS: u32 = 127u;
+fn voxel_count(total: u32) -> u32 { return total & 127u; }
+fn lit_count(total: u32) -> u32 { return (total >> 7u) & 511u; }
+fn surface_count(total: u32) -> u32 { return (total >> 16u) & 511u; }
 
-fn plane_words(total: u32) -> u32 { return (total >> 7u) & 1023u; }
-fn lit_count(total: u32) -> u32 { return (total >> 17u) & 511u; }
+// Words before a block's voxels.
+fn voxels_run(total: u32) -> u32 { return lit_count(total) * (1u + (total >> 31u)); }
 
 fn block_words(total: u32) -> u32 {
-    let lit = lit_count(total);
-    return (total & VOXELS) + plane_words(total) + lit * (1u + (total >> 31u)) + ((lit + 1u) >> 1u);
+    return voxels_run(total) + voxel_count(total) + 2u * surface_count(total);
 }
 
 fn block_cell(block: u32, thread: u32) -> vec3<i32> {
@@ -50,14 +68,13 @@ fn record_of(batch: u32, cell: vec3<i32>, side: u32) -> u32 {
     return (batch * 512u + u32(cell.x + 8 * (cell.y + 8 * cell.z))) * RECORD_WORDS + side * 3u;
 }
 
-// Sides stored 6 | lit 6 << 6 | part-filled << 31 of an occupied voxel; 0 for an empty one.
+// `Packed.word` of a voxel.
 fn voxel_word(batch: u32, cell: vec3<i32>) -> u32 {
     let state = state_at(batch, cell);
     let surface = state & 63u;
     if surface == 0u { return 0u; }
     var sides = surface;
     var lit = 0u;
-    var part = 0u;
     for (var side = 0u; side < 6u; side++) {
         let bit = 1u << side;
         let front = state_at(batch, cell + vec3<i32>(side_normal(side)));
@@ -68,10 +85,8 @@ fn voxel_word(batch: u32, cell: vec3<i32>) -> u32 {
         let walls = ((state | front) >> 6u) & 7u & ~(1u << (side >> 1u));
         let emits = ((state >> (9u + side)) & 1u) != 0u;
         if open || (push.hit_model == 0u && (emits || walls == 0u)) { lit |= bit; }
-        if (surface & bit) != 0u && (voxel_records[record_of(batch, cell, side) + 1u] & 0xffffu) != 0xffffu { part = 1u; }
     }
-    if push.hit_model == 1u { part = 0u; }
-    return sides | (lit << 6u) | (part << 31u);
+    return sides | (lit << 6u) | (((state >> 15u) & 1u) << 31u);
 }
 
 @compute @workgroup_size(64)
@@ -82,41 +97,77 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         atomicStore(&mask_high[thread], 0u);
     }
     if batch == 0u && thread == 0u { voxel_args[0] = 0u; }
-    var words: array<u32, 8>;
-    var places: array<u32, 8>;
+    var voxels: array<Packed, 8>;
     for (var block = 0u; block < 8u; block++) {
-        let cell = block_cell(block, thread);
-        let word = voxel_word(batch, cell);
-        words[block] = word;
         if thread == 0u { atomicStore(&emissive, 0u); }
         workgroupBarrier();
-        let sides = countOneBits(word & 63u);
+        let cell = block_cell(block, thread);
+        let word = voxel_word(batch, cell);
         let lit = (word >> 6u) & 63u;
-        var size = 0u;
+        stored[thread] = word & 63u;
         if word != 0u {
-            let masks = (word >> 31u) * ((sides + 1u) >> 1u);
-            size = 1u | ((sides + masks) << 7u) | (countOneBits(lit) << 17u);
+            load_surfaces(batch, cell, word, thread);
             if thread < 32u { atomicOr(&mask_low[block], 1u << thread); } else { atomicOr(&mask_high[block], 1u << (thread - 32u)); }
             if ((state_at(batch, cell) >> 9u) & lit) != 0u { atomicOr(&emissive, 1u); }
         }
-        scan[thread] = size;
         workgroupBarrier();
-        for (var reach = 1u; reach < 64u; reach <<= 1u) {
-            var left = 0u;
-            if thread >= reach { left = scan[thread - reach]; }
-            workgroupBarrier();
-            scan[thread] += left;
-            workgroupBarrier();
-        }
-        places[block] = scan[thread] - size;
-        if thread == 63u { totals[block] = scan[63] | (atomicLoad(&emissive) << 31u); }
+        let like = first_like(thread);
+        var size = vec2<u32>(0u);
+        if word != 0u { size = vec2<u32>(1u | (countOneBits(lit) << 7u), select(0u, countOneBits(word & 63u), like == thread)); }
+        let place = sum_below(thread, size);
+        let total = scan[63];
+        likes[thread] = place.y;
         workgroupBarrier();
+        voxels[block] = Packed(word, place.x, likes[like] | select(0u, NEW, like == thread));
+        if thread == 0u { totals[block] = total.x | (total.y << 16u) | (atomicLoad(&emissive) << 31u); }
     }
+    workgroupBarrier();
 
     if thread == 0u { start = reserve(push.first_brick + batch); }
     let first = workgroupUniformLoad(&start);
     if first == NONE { return; }
-    write_brick(batch, thread, first, &words, &places);
+    var run = first + 1u;
+    for (var block = 0u; block < 8u; block++) {
+        if voxel_count(totals[block]) != 0u { run += BLOCK_WORDS; }
+    }
+    for (var block = 0u; block < 8u; block++) {
+        let cell = block_cell(block, thread);
+        if voxels[block].word != 0u { write_voxel(batch, cell, voxels[block], run, totals[block]); }
+        run += block_words(totals[block]);
+    }
+}
+
+// Plane and albedo word of a stored side. A side without surface (cube hits): the plane of its outer wall, the albedo of
+// another side (hole repair).
+fn side_surface(batch: u32, cell: vec3<i32>, side: u32) -> vec2<u32> {
+    let surface = state_at(batch, cell) & 63u;
+    if ((surface >> side) & 1u) == 0u {
+        let plane = plane_encode(side, side_normal(side), vec3<f32>(0.5) + 0.49 * side_normal(side));
+        return vec2<u32>(plane, voxel_records[record_of(batch, cell, firstTrailingBit(surface)) + 1u]);
+    }
+    let record = record_of(batch, cell, side);
+    return vec2<u32>(voxel_records[record], voxel_records[record + 1u]);
+}
+
+fn load_surfaces(batch: u32, cell: vec3<i32>, word: u32, thread: u32) {
+    for (var side = 0u; side < 6u; side++) {
+        if ((word >> side) & 1u) != 0u { surfaces[thread * 6u + side] = side_surface(batch, cell, side); }
+    }
+}
+
+// The first voxel of the block that has the same surfaces.
+fn first_like(thread: u32) -> u32 {
+    let sides = stored[thread];
+    for (var other = 0u; other < thread; other++) {
+        if stored[other] != sides { continue; }
+        var same = true;
+        for (var rest = sides; same && rest != 0u; rest &= rest - 1u) {
+            let side = firstTrailingBit(rest);
+            same = all(surfaces[other * 6u + side] == surfaces[thread * 6u + side]);
+        }
+        if same { return other; }
+    }
+    return thread;
 }
 
 // Takes room in the payload, tells the host, and writes the brick's header.
@@ -127,11 +178,11 @@ fn reserve(brick: u32) -> u32 {
     var counts = 0u;
     for (var block = 0u; block < 8u; block++) {
         let total = totals[block];
-        if (total & VOXELS) == 0u { continue; }
+        if voxel_count(total) == 0u { continue; }
         block_mask |= 1u << block;
         size += BLOCK_WORDS + block_words(total);
         faces += lit_count(total);
-        counts += (total & VOXELS) | (plane_words(total) << 16u);
+        counts += voxel_count(total) | (surface_count(total) << 16u);
     }
     if block_mask == 0u {
         brick_results[brick] = BrickResult(0u, 0u, 0u, 0u);
@@ -146,84 +197,39 @@ fn reserve(brick: u32) -> u32 {
     var run = 1u + BLOCK_WORDS * countOneBits(block_mask);
     for (var block = 0u; block < 8u; block++) {
         let total = totals[block];
-        if (total & VOXELS) == 0u { continue; }
-        let plane_run = run + (total & VOXELS);
-        let light_run = plane_run + plane_words(total);
+        if voxel_count(total) == 0u { continue; }
         payload[record] = atomicLoad(&mask_low[block]);
         payload[record + 1u] = atomicLoad(&mask_high[block]);
-        payload[record + 2u] = run | (plane_run << 16u);
-        payload[record + 3u] = light_run | (lit_count(total) << 16u) | (total & 0x80000000u);
+        payload[record + 2u] = run | (lit_count(total) << 16u) | (total & 0x80000000u);
         record += BLOCK_WORDS;
         run += block_words(total);
     }
     return first;
 }
 
-fn write_brick(batch: u32, thread: u32, first: u32, words: ptr<function, array<u32, 8>>, places: ptr<function, array<u32, 8>>) {
-    var run = first + 1u;
-    for (var block = 0u; block < 8u; block++) {
-        if (totals[block] & VOXELS) != 0u { run += BLOCK_WORDS; }
-    }
-    for (var block = 0u; block < 8u; block++) {
-        let total = totals[block];
-        let word = (*words)[block];
-        let place = (*places)[block];
-        if word != 0u {
-            payload[run + (place & VOXELS)] = word | (plane_words(place) << 12u) | (lit_count(place) << 22u);
-            write_voxel(batch, block_cell(block, thread), word, run + (total & VOXELS), place, total);
-        }
-        // 16-bit albedos of two voxels may share a word: one thread packs them all.
-        storageBarrier();
-        workgroupBarrier();
-        if thread == 0u { pack_albedos(run, total); }
-        workgroupBarrier();
-        run += block_words(total);
-    }
-}
-
-// Planes, coverage, emission; the albedo of each face goes through its light word for now.
-fn write_voxel(batch: u32, cell: vec3<i32>, word: u32, plane_run: u32, place: u32, total: u32) {
-    var plane = plane_run + plane_words(place);
-    let masks = plane + countOneBits(word & 63u);
-    var light = plane_run + plane_words(total) + lit_count(place);
+// A voxel, its surfaces if it is the first to have them, its emission, and its light, which starts at the emission.
+fn write_voxel(batch: u32, cell: vec3<i32>, voxel: Packed, run: u32, total: u32) {
     let surface = state_at(batch, cell) & 63u;
-    var mask_word = 0u;
-    var rank = 0u;
+    let first_surface = voxel.surface & ~NEW;
+    let voxel_at = run + voxels_run(total);
+    payload[voxel_at + voxel_count(voxel.place)] = voxel.word | (first_surface << 12u) | (lit_count(voxel.place) << 21u);
+    var at = voxel_at + voxel_count(total) + 2u * first_surface;
+    var light = run + lit_count(voxel.place);
     for (var side = 0u; side < 6u; side++) {
-        if ((word >> side) & 1u) == 0u { continue; }
-        // A side without surface (cube hits): the plane of its outer wall, the albedo of another side (hole repair).
-        let own = ((surface >> side) & 1u) != 0u;
-        let record = record_of(batch, cell, select(firstTrailingBit(surface), side, own));
-        payload[plane] = voxel_records[record];
-        if !own { payload[plane] = plane_encode(side, side_normal(side), vec3<f32>(0.5) + 0.49 * side_normal(side)); }
-        plane += 1u;
-        let cover = voxel_records[record + 1u];
-        mask_word |= (cover & 0xffffu) << ((rank & 1u) * 16u);
-        if (word >> 31u) != 0u && ((rank & 1u) == 1u || rank + 1u == countOneBits(word & 63u)) {
-            payload[masks + (rank >> 1u)] = mask_word;
-            mask_word = 0u;
+        if ((voxel.word >> side) & 1u) == 0u { continue; }
+        if (voxel.surface & NEW) != 0u {
+            let words = side_surface(batch, cell, side);
+            payload[at] = words.x;
+            payload[at + 1u] = words.y;
+            at += 2u;
         }
-        rank += 1u;
-        if ((word >> (side + 6u)) & 1u) != 0u {
-            payload[light] = cover >> 16u;
-            if (total >> 31u) != 0u { payload[light + lit_count(total)] = select(0u, voxel_records[record + 2u], own); }
-            light += 1u;
+        if ((voxel.word >> (side + 6u)) & 1u) == 0u { continue; }
+        var emission = 0u;
+        if (total >> 31u) != 0u {
+            if ((surface >> side) & 1u) != 0u { emission = voxel_records[record_of(batch, cell, side) + 2u]; }
+            payload[light + lit_count(total)] = emission;
         }
-    }
-}
-
-// Albedos two a word; light starts at the emission.
-fn pack_albedos(run: u32, total: u32) {
-    let lit = lit_count(total);
-    let light = run + (total & VOXELS) + plane_words(total);
-    let albedo = light + lit * (1u + (total >> 31u));
-    for (var i = 0u; i < lit; i += 2u) {
-        var pair = payload[light + i];
-        if i + 1u < lit { pair |= payload[light + i + 1u] << 16u; }
-        payload[albedo + (i >> 1u)] = pair;
-    }
-    for (var i = 0u; i < lit; i++) {
-        payload[light + i] = 0u;
-        if (total >> 31u) != 0u { payload[light + i] = payload[light + lit + i]; }
+        payload[light] = emission;
+        light += 1u;
     }
 }

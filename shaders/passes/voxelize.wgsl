@@ -40,6 +40,10 @@ var<workgroup> coverage: array<atomic<u32>, 48>;
 // Per side and coverage cell: covered | open << 16.
 var<workgroup> cells: array<atomic<u32>, 96>;
 var<workgroup> planes: array<vec4<f32>, 6>;
+// Per side: coverage mask | columns it stands for << 16.
+var<workgroup> masks: array<u32, 6>;
+// 1: not every side is wholly covered.
+var<workgroup> part_filled: atomic<u32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
@@ -53,6 +57,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     for (var i = thread; i < 78u; i += 64u) { atomicStore(&sums[i], 0); }
     for (var i = thread; i < 96u; i += 64u) { atomicStore(&cells[i], 0u); }
     if thread < 48u { atomicStore(&coverage[thread], 0u); }
+    if thread == 0u { atomicStore(&part_filled, 0u); }
 
     var next = 0u;
     var rounds = 0u;
@@ -94,8 +99,13 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         for (var side = 0u; side < 6u; side++) { test_open(side, thread); }
     }
     workgroupBarrier();
+    if inner && thread < 6u && has_surface(thread) {
+        masks[thread] = coverage_mask(thread);
+        if (masks[thread] & 0xffffu) != 0xffffu { atomicStore(&part_filled, 1u); }
+    }
+    workgroupBarrier();
     if thread == 0u { voxel_states[batch * APRON_COUNT + (item & 1023u)] = voxel_state(); }
-    if inner && thread < 6u {
+    if inner && thread < 6u && has_surface(thread) {
         let c = vec3<u32>(cell);
         let record = (batch * 512u + c.x + 8u * (c.y + 8u * c.z)) * RECORD_WORDS + thread * 3u;
         write_face(record, thread, pcg(brick.seed + c.x + 8u * (c.y + 8u * c.z)) + thread);
@@ -315,8 +325,8 @@ fn is_hidden(side: u32, p: vec3<f32>) -> bool {
 }
 
 // 4 x 4 coverage: cells at least half covered of what is not hidden; wholly hidden ones only beside a covered one; if
-// none would be set, the fullest. Returns the mask and, in `share`, the part of the cross-section it stands for.
-fn coverage_mask(side: u32, share: ptr<function, f32>) -> u32 {
+// none would be set, the fullest. The mask | columns of the cross-section that it stands for << 16.
+fn coverage_mask(side: u32) -> u32 {
     var mask = 0u;
     var fullest = 0u;
     var fullest_count = 0u;
@@ -345,8 +355,7 @@ fn coverage_mask(side: u32, share: ptr<function, f32>) -> u32 {
         mask = 1u << fullest;
         area = fullest_area;
     }
-    *share = f32(area) / 256.0;
-    return mask;
+    return mask | (area << 16u);
 }
 
 fn beside_covered(side: u32, k: u32) -> bool {
@@ -361,23 +370,25 @@ fn beside_covered(side: u32, k: u32) -> bool {
 }
 
 fn write_face(record: u32, side: u32, seed: u32) {
-    if !has_surface(side) { return; }
     let base = side * SUMS;
-    let count = f32(atomicLoad(&sums[base]));
-    var share = 0.0;
-    let mask = coverage_mask(side, &share);
-    let dither = vec3<f32>(unit_float(pcg(seed)), unit_float(pcg(seed + 1u)), unit_float(pcg(seed + 2u)));
-    let albedo = albedo_encode(sum3(base + 7u) / count, dither);
+    let mask = masks[side] & 0xffffu;
+    let share = f32(masks[side] >> 16u) / 256.0;
+    let albedo = sum3(base + 7u) / f32(atomicLoad(&sums[base]));
     // Flux over what a ray can hit.
     let emission = sum3(base + 10u) * push.emission_max / 256.0 / max(share, 1e-3);
     voxel_records[record] = encoded_plane(side);
-    voxel_records[record + 1u] = mask | (albedo << 16u);
+    if atomicLoad(&part_filled) != 0u {
+        let dither = vec3<f32>(unit_float(pcg(seed)), unit_float(pcg(seed + 1u)), unit_float(pcg(seed + 2u)));
+        voxel_records[record + 1u] = albedo_encode(albedo, dither) | (mask << 16u);
+    } else {
+        voxel_records[record + 1u] = fine_albedo_encode(albedo);
+    }
     voxel_records[record + 2u] = rgb9e5_encode(emission, vec3<f32>(0.5));
 }
 
-// What neighbours may know: sides with surface 6 | axes with a thin wall 3 << 6 | sides that emit 6 << 9.
+// What neighbours may know: sides with surface 6 | axes with a thin wall 3 << 6 | sides that emit 6 << 9 | part-filled << 15.
 fn voxel_state() -> u32 {
-    var state = 0u;
+    var state = atomicLoad(&part_filled) << 15u;
     for (var side = 0u; side < 6u; side++) {
         if !has_surface(side) { continue; }
         state |= 1u << side;

@@ -15,8 +15,8 @@ struct BrickResult {
     offset: u32,
     // Lit faces.
     faces: u32,
-    // Occupied voxels | planes << 16.
-    voxels_planes: u32,
+    // Occupied voxels | different surfaces << 16.
+    voxels_surfaces: u32,
 }
 
 struct Material {

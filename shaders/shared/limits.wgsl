@@ -9,7 +9,7 @@ const GROUP_WORDS: u32 = 4u;
 // Allocation unit of a brick in `world_bricks`, in words (64 bytes).
 const PAGE_WORDS: u32 = 16u;
 // Words of a block's record in a brick.
-const BLOCK_WORDS: u32 = 4u;
+const BLOCK_WORDS: u32 = 3u;
 // Bricks voxelised by one dispatch: 32 x 1000 workgroups stay below the 65535 that every device offers.
 const BATCH_BRICKS: u32 = 32u;
 // A brick and one voxel around it.

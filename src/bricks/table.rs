@@ -580,7 +580,7 @@ mod tests {
             tries += next.len();
             assert!(tries < 10_000, "bricks take each other's place for ever");
             next.iter().for_each(|(b, _)| table.start(*b));
-            let result = |b| BrickResult { words: pages_of(b) * PAGE_WORDS, offset: 0, faces: 1, voxels_planes: 0 };
+            let result = |b| BrickResult { words: pages_of(b) * PAGE_WORDS, offset: 0, faces: 1, voxels_surfaces: 0 };
             let finished: Vec<_> = next.iter().map(|(b, _)| Finished { position: *b, result: result(*b) }).collect();
             table.finish(&finished);
         }
@@ -620,7 +620,7 @@ mod tests {
             table.touch(&near);
             let next = table.next(per_frame, &view);
             next.iter().for_each(|(b, _)| table.start(*b));
-            let result = |b| BrickResult { words: pages_of(b) * PAGE_WORDS, offset: 0, faces: 1, voxels_planes: 0 };
+            let result = |b| BrickResult { words: pages_of(b) * PAGE_WORDS, offset: 0, faces: 1, voxels_surfaces: 0 };
             let finished: Vec<_> = next.iter().map(|(b, _)| Finished { position: *b, result: result(*b) }).collect();
             table.finish(&finished);
             frames += 1;
@@ -688,7 +688,7 @@ mod tests {
         let emptied: Vec<IVec3> = table.by_distance().into_iter().take(100).collect();
         table.touch(&emptied);
         emptied.iter().for_each(|b| table.start(*b));
-        let nothing = BrickResult { words: 0, offset: 0, faces: 0, voxels_planes: 0 };
+        let nothing = BrickResult { words: 0, offset: 0, faces: 0, voxels_surfaces: 0 };
         let finished: Vec<_> = emptied.iter().map(|b| Finished { position: *b, result: nothing }).collect();
         table.finish(&finished);
         assert!(settle(&mut table, DVec3::ZERO) > 0);

@@ -1,4 +1,4 @@
-//! A brick in plain words, and packed as lib/world.wgsl lays it out.
+//! A brick in plain words, and packed as lib/brick.wgsl lays it out.
 
 use crate::gpu::shared::{BLOCK_WORDS, BRICK_VOXELS};
 use glam::IVec3;
@@ -11,10 +11,10 @@ pub struct Face {
     pub plane: u32,
     /// 4 x 4 coverage.
     pub mask: u16,
-    /// Whether it has lighting of its own; albedo and emission are kept for these only.
+    /// Whether it has lighting of its own; emission is kept for these only.
     pub lit: bool,
-    /// As `albedo_encode` makes it.
-    pub albedo: u16,
+    /// As `fine_albedo_encode` makes it, in part-filled voxels as `albedo_encode`.
+    pub albedo: u32,
     /// RGB9E5.
     pub emission: u32,
 }
@@ -28,6 +28,11 @@ pub struct Voxel {
 impl Voxel {
     pub fn is_lit(&self, side: usize) -> bool {
         self.faces[side].is_some_and(|f| f.lit)
+    }
+
+    /// Whether a side is not covered wholly.
+    pub fn is_part_filled(&self) -> bool {
+        self.faces.iter().flatten().any(|f| f.mask != 0xffff)
     }
 }
 
@@ -67,44 +72,32 @@ pub fn encode(brick: &Brick) -> (Vec<u32>, LightWords) {
     (words, lights)
 }
 
-fn encode_block(voxels: &[(u32, IVec3, &Voxel)], words: &mut Vec<u32>, lights: &mut LightWords) -> [u32; 4] {
+fn encode_block(voxels: &[(u32, IVec3, &Voxel)], words: &mut Vec<u32>, lights: &mut LightWords) -> [u32; 3] {
     let mask = voxels.iter().fold(0u64, |m, (bit, ..)| m | 1 << bit);
-    let (mut planes, mut lit) = (Vec::new(), Vec::new());
-    let voxel_run = words.len() as u32;
+    let run = words.len() as u32;
+    let (mut packed, mut lit, mut surfaces) = (Vec::new(), Vec::new(), Vec::new());
+    let mut known: HashMap<Vec<(usize, [u32; 2])>, usize> = HashMap::new();
     for (_, cell, voxel) in voxels {
         let stored: Vec<(usize, Face)> = (0..SIDES).filter_map(|s| Some((s, voxel.faces[s]?))).collect();
-        let part = stored.iter().any(|(_, f)| f.mask != 0xffff);
-        let mut word = (planes.len() as u32) << 12 | (lit.len() as u32) << 22 | u32::from(part) << 31;
-        for (side, face) in &stored {
-            word |= 1 << side | u32::from(face.lit) << (side + 6);
+        let part = voxel.is_part_filled();
+        let albedo = |f: &Face| if part { u32::from(f.mask) << 16 | f.albedo & 0xffff } else { f.albedo };
+        let own: Vec<(usize, [u32; 2])> = stored.iter().map(|(side, f)| (*side, [f.plane, albedo(f)])).collect();
+        let first = *known.entry(own.clone()).or_insert(surfaces.len());
+        if first == surfaces.len() {
+            surfaces.extend(own.iter().map(|(_, surface)| *surface));
         }
-        words.push(word);
-        planes.extend(stored.iter().map(|(_, f)| f.plane));
-        if part {
-            let pair = |pair: &[(usize, Face)]| {
-                u32::from(pair[0].1.mask) | pair.get(1).map_or(0, |f| u32::from(f.1.mask) << 16)
-            };
-            planes.extend(stored.chunks(2).map(pair));
-        }
-        lit.extend(stored.iter().filter(|(_, f)| f.lit).map(|(s, f)| (*cell, *s, *f)));
+        let sides = stored.iter().fold(0, |sides, (side, f)| sides | 1 << side | u32::from(f.lit) << (side + 6));
+        packed.push(sides | (first as u32) << 12 | (lit.len() as u32) << 21 | u32::from(part) << 31);
+        lit.extend(stored.iter().filter(|(_, f)| f.lit).map(|(side, f)| (*cell, *side, f.emission)));
     }
-    let plane_run = words.len() as u32;
-    words.extend(planes);
-    let light_run = words.len() as u32;
-    let emissive = lit.iter().any(|(_, _, f)| f.emission != 0);
-    for (cell, side, face) in &lit {
-        lights.insert((*cell, *side), words.len() as u32);
-        words.push(face.emission);
+    lights.extend((run..).zip(&lit).map(|(word, (cell, side, _))| ((*cell, *side), word)));
+    let emissive = lit.iter().any(|(.., emission)| *emission != 0);
+    for _ in 0..1 + u32::from(emissive) {
+        words.extend(lit.iter().map(|(.., emission)| emission));
     }
-    if emissive {
-        words.extend(lit.iter().map(|(_, _, f)| f.emission));
-    }
-    let albedo = |pair: &[(IVec3, usize, Face)]| {
-        u32::from(pair[0].2.albedo) | pair.get(1).map_or(0, |f| u32::from(f.2.albedo) << 16)
-    };
-    words.extend(lit.chunks(2).map(albedo));
-    let count = lit.len() as u32;
-    [mask as u32, (mask >> 32) as u32, voxel_run | plane_run << 16, light_run | count << 16 | u32::from(emissive) << 31]
+    words.extend(packed);
+    words.extend(surfaces.iter().flatten());
+    [mask as u32, (mask >> 32) as u32, run | (lit.len() as u32) << 16 | u32::from(emissive) << 31]
 }
 
 /// Reads a packed brick.
@@ -120,30 +113,25 @@ pub fn decode(words: &[u32]) -> Brick {
 
 fn decode_block(words: &[u32], block: u32, record: &[u32], brick: &mut Brick) {
     let mask = u64::from(record[0]) | u64::from(record[1]) << 32;
-    let (voxel_run, plane_run) = (record[2] & 0xffff, record[2] >> 16);
-    let (light_run, lit_count, emissive) = (record[3] & 0xffff, record[3] >> 16 & 511, record[3] >> 31);
-    let half = |run: u32, index: u32| (words[(run + index / 2) as usize] >> (16 * (index & 1))) as u16;
+    let (light, lit, emissive) = (record[2] & 0xffff, record[2] >> 16 & 511, record[2] >> 31);
+    let voxels = light + lit * (1 + emissive);
     for (place, bit) in (0..64).filter(|bit| mask >> bit & 1 == 1).enumerate() {
-        let word = words[voxel_run as usize + place];
-        let planes = plane_run + (word >> 12 & 1023);
-        let masks = planes + (word & 63).count_ones();
-        let mut light = word >> 22 & 511;
+        let word = words[voxels as usize + place];
+        let part = word >> 31 == 1;
+        let mut surfaces = words[(voxels + mask.count_ones() + 2 * (word >> 12 & 511)) as usize..].chunks(2);
+        let mut emissions = words[(light + emissive * lit + (word >> 21 & 511)) as usize..].iter();
         let mut voxel = Voxel::default();
-        for (rank, side) in (0..SIDES).filter(|s| word >> s & 1 == 1).enumerate() {
-            let rank = rank as u32;
-            let mut face = Face { plane: words[(planes + rank) as usize], mask: 0xffff, ..Face::default() };
-            if word >> 31 == 1 {
-                face.mask = half(masks, rank);
-            }
-            if word >> (side + 6) & 1 == 1 {
-                face.lit = true;
-                face.albedo = half(light_run + lit_count * (1 + emissive), light);
-                if emissive == 1 {
-                    face.emission = words[(light_run + lit_count + light) as usize];
-                }
-                light += 1;
-            }
-            voxel.faces[side] = Some(face);
+        for side in (0..SIDES).filter(|s| word >> s & 1 == 1) {
+            let surface = surfaces.next().expect("a surface for each stored side");
+            let lit = word >> (side + 6) & 1 == 1;
+            let emission = if lit { emissions.next() } else { None };
+            voxel.faces[side] = Some(Face {
+                plane: surface[0],
+                mask: if part { (surface[1] >> 16) as u16 } else { 0xffff },
+                lit,
+                albedo: if part { surface[1] & 0xffff } else { surface[1] },
+                emission: emission.copied().filter(|_| emissive == 1).unwrap_or(0),
+            });
         }
         brick.insert(block_corner(block) + child(bit), voxel);
     }

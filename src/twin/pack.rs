@@ -138,3 +138,22 @@ pub fn albedo_decode(word: u16) -> DVec3 {
     let q = albedo_levels(word);
     DVec3::from_array(std::array::from_fn(|k| (f64::from(q[k]) / ALBEDO_LEVELS[k]).powi(2)))
 }
+
+const FINE_LEVELS: [f64; 3] = [2047.0, 2047.0, 1023.0];
+
+/// RGB 11 11 10 of the square root, to the nearest.
+pub fn fine_albedo_encode(albedo: DVec3) -> u32 {
+    let q = |k: usize| (albedo[k].clamp(0.0, 1.0).sqrt() * FINE_LEVELS[k]).round_ties_even() as u32;
+    q(0) | q(1) << 11 | q(2) << 22
+}
+
+/// Quantised square roots of a fine word's channels.
+pub fn fine_albedo_levels(word: u32) -> [u32; 3] {
+    [word & 2047, word >> 11 & 2047, word >> 22]
+}
+
+/// The albedo of a fine word.
+pub fn fine_albedo_decode(word: u32) -> DVec3 {
+    let q = fine_albedo_levels(word);
+    DVec3::from_array(std::array::from_fn(|k| (f64::from(q[k]) / FINE_LEVELS[k]).powi(2)))
+}

@@ -35,9 +35,9 @@ fn voxel(cuts: &HashMap<IVec3, Cut>, cell: IVec3, cut: &Cut, model: HitModel) ->
         let lit = open || (model == HitModel::Plane && (surface.emits || !thin_wall));
         voxel.faces[side] = Some(Face {
             plane: surface.plane,
-            mask: if model == HitModel::Plane { surface.mask } else { 0xffff },
+            mask: surface.mask,
             lit,
-            albedo: if lit { surface.albedo } else { 0 },
+            albedo: surface.albedo,
             emission: if lit { surface.emission } else { 0 },
         });
     }

@@ -1,6 +1,8 @@
 //! Twin of passes/voxelize.wgsl: one voxel from the triangles of its brick.
 
-use super::pack::{Plane, albedo_encode, axis_u, axis_v, plane_decode, plane_encode, rgb9e5_encode, side_step};
+use super::pack::{
+    Plane, albedo_encode, axis_u, axis_v, fine_albedo_encode, plane_decode, plane_encode, rgb9e5_encode, side_step,
+};
 use super::random::{Errors, pcg, unit_float};
 use super::triangle::Triangle;
 use crate::gpu::shared::{CONTACT_LIST_MAX, Material};
@@ -26,7 +28,7 @@ pub struct Source<'a> {
 pub struct Surface {
     pub plane: u32,
     pub mask: u16,
-    pub albedo: u16,
+    pub albedo: u32,
     pub emission: u32,
     pub emits: bool,
 }
@@ -75,11 +77,15 @@ pub fn cut(source: &Source, cell: IVec3, errors: &Errors) -> Cut {
         let layer = outermost(source, &near, side, errors);
         (layer.count > 0.0).then(|| mean(layer, side, errors))
     });
+    let coverages: [Option<(u16, u32)>; 6] =
+        std::array::from_fn(|side| sides[side].as_ref().map(|own| coverage(&count_cells(&sides, side, own, errors))));
+    let part_filled = coverages.iter().flatten().any(|(mask, _)| *mask != 0xffff);
     let mut cut = Cut::default();
     let place = (cell.x + 8 * (cell.y + 8 * cell.z)) as u32;
     for side in 0..6 {
         let seed = pcg(source.seed.wrapping_add(place)).wrapping_add(side as u32);
-        cut.sides[side] = sides[side].as_ref().map(|_| surface(source, &sides, side, seed, errors));
+        let seen = |own| coverages[side].map(|covered| surface(source, own, covered, part_filled, seed));
+        cut.sides[side] = sides[side].as_ref().and_then(seen);
     }
     cut.thin = std::array::from_fn(|axis| is_thin(&sides, axis, errors));
     cut
@@ -200,16 +206,15 @@ fn coverage(cells: &[(u32, u32); 16]) -> (u16, u32) {
     (mask, set.iter().map(|k| cells[*k].0 + cells[*k].1).sum())
 }
 
-fn surface(source: &Source, sides: &[Option<Side>; 6], side: usize, seed: u32, errors: &Errors) -> Surface {
-    let own = sides[side].as_ref().expect("asked for sides with surface");
-    let (mask, area) = coverage(&count_cells(sides, side, own, errors));
+fn surface(source: &Source, own: &Side, (mask, area): (u16, u32), part_filled: bool, seed: u32) -> Surface {
     let dither = DVec3::from(std::array::from_fn(|k| unit_float(pcg(seed.wrapping_add(k as u32)))));
+    let albedo = own.layer.albedo / own.layer.count;
     let share = (f64::from(area) / 256.0).max(1e-3);
     let emission: Vec3 = (own.layer.emission / 256.0 / share).as_vec3();
     Surface {
         plane: own.word,
         mask,
-        albedo: albedo_encode(own.layer.albedo / own.layer.count, dither),
+        albedo: if part_filled { albedo_encode(albedo, dither).into() } else { fine_albedo_encode(albedo) },
         emission: rgb9e5_encode(emission, Vec3::splat(0.5)),
         emits: own.layer.emission.element_sum() / source.emission_max > 1e-6,
     }

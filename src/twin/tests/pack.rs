@@ -75,6 +75,13 @@ fn packers_equal_their_twins() {
         albedo_off += usize::from(a != b);
         assert!(double(o.albedo).distance(albedo_decode(o.albedo_word as u16)) < 1e-6, "{i:?}");
 
+        let fine = fine_albedo_levels(fine_albedo_encode(double(i.albedo)));
+        let found = fine_albedo_levels(o.fine_albedo_word);
+        assert!((0..3).all(|k| fine[k].abs_diff(found[k]) <= 1), "{i:?}: {fine:?} and {found:?}");
+        albedo_off += usize::from(fine != found);
+        assert!(double(o.fine_albedo).distance(fine_albedo_decode(o.fine_albedo_word)) < 1e-6, "{i:?}");
+        assert!(double(o.fine_albedo).distance(double(i.albedo)) < 1.5e-3, "{i:?}");
+
         let plane = plane_encode(side, double(i.normal), double(i.centroid));
         assert!(planes_agree(plane, o.plane_word), "{i:?}: {plane:x} and {:x}", o.plane_word);
         plane_off += usize::from(plane != o.plane_word);

@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use crate::settings::HitModel;
 use crate::twin::gpu::Gpu;
 use crate::twin::layout::{Brick, Face, Voxel, decode, encode};
-use crate::twin::pack::{albedo_levels, rgb9e5_decode};
+use crate::twin::pack::{albedo_levels, fine_albedo_levels, rgb9e5_decode};
 use crate::twin::random::{Errors, Random};
 use crate::twin::resolve;
 use crate::twin::triangle::Triangle;
@@ -115,14 +115,19 @@ impl Batch {
 /// Equal sides, coverage and lighting; planes, albedo and emission within a quantisation step.
 fn agree(a: Option<&Voxel>, b: Option<&Voxel>) -> bool {
     let (Some(a), Some(b)) = (a, b) else { return a.is_none() && b.is_none() };
-    a.faces.iter().zip(&b.faces).all(|(a, b)| match (a, b) {
-        (Some(a), Some(b)) => faces_agree(a, b),
-        (a, b) => a.is_none() && b.is_none(),
-    })
+    let part = a.is_part_filled();
+    part == b.is_part_filled()
+        && a.faces.iter().zip(&b.faces).all(|(a, b)| match (a, b) {
+            (Some(a), Some(b)) => faces_agree(a, b, part),
+            (a, b) => a.is_none() && b.is_none(),
+        })
 }
 
-fn faces_agree(a: &Face, b: &Face) -> bool {
-    let albedo = albedo_levels(a.albedo).into_iter().zip(albedo_levels(b.albedo)).all(|(a, b)| a.abs_diff(b) <= 1);
+fn faces_agree(a: &Face, b: &Face, part: bool) -> bool {
+    let levels = |f: &Face| {
+        if part { albedo_levels(f.albedo as u16).map(u32::from) } else { fine_albedo_levels(f.albedo) }
+    };
+    let albedo = levels(a).into_iter().zip(levels(b)).all(|(a, b)| a.abs_diff(b) <= 1);
     let (ea, eb) = (rgb9e5_decode(a.emission), rgb9e5_decode(b.emission));
     let emission = (ea - eb).abs().max_element() <= ea.max(eb).max_element() / 256.0;
     a.mask == b.mask && a.lit == b.lit && planes_agree(a.plane, b.plane) && albedo && emission
@@ -180,15 +185,9 @@ fn compare(name: &str, gpu: &mut Gpu, bodies: &Bodies, model: HitModel) -> Tally
 fn assert_packed(brick: &Brick, words: &[u32], result: &BrickResult) {
     let (packed, lights) = encode(brick);
     assert_eq!(packed, words);
-    let planes = |v: &Voxel| {
-        let stored: Vec<&Face> = v.faces.iter().flatten().collect();
-        let part = stored.iter().any(|f| f.mask != 0xffff);
-        stored.len() + if part { stored.len().div_ceil(2) } else { 0 }
-    };
-    let planes: usize = brick.values().map(planes).sum();
     assert_eq!(
-        (result.words as usize, result.faces as usize, result.voxels_planes as usize),
-        (words.len(), lights.len(), brick.len() | planes << 16)
+        (result.words as usize, result.faces as usize, (result.voxels_surfaces & 0xffff) as usize),
+        (words.len(), lights.len(), brick.len())
     );
 }
 

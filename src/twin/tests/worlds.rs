@@ -25,7 +25,7 @@ fn random_voxel(random: &mut Random, part_filled: f64, closed: f64) -> Voxel {
                 plane: plane_encode(side, normal, point),
                 mask: if random.chance(part_filled) { (random.below(0xffff) + 1) as u16 } else { 0xffff },
                 lit: !random.chance(closed),
-                albedo: random.below(0x1_0000) as u16,
+                albedo: random.next() as u32,
                 emission: if random.chance(0.1) { random.next() as u32 } else { 0 },
             });
         };
@@ -37,7 +37,7 @@ fn random_voxel(random: &mut Random, part_filled: f64, closed: f64) -> Voxel {
     voxel
 }
 
-/// Voxels with nothing to do with each other, in some of the bricks.
+/// Voxels with nothing to do with each other, in some of the bricks; a third repeat the one before.
 pub fn noise(random: &mut Random, world: &mut World, bricks: f64, voxels: f64, part_filled: f64, closed: f64) {
     let size = world.size() / 8;
     for index in 0..size.x * size.y * size.z {
@@ -45,10 +45,13 @@ pub fn noise(random: &mut Random, world: &mut World, bricks: f64, voxels: f64, p
             continue;
         }
         let brick = IVec3::new(index % size.x, index / size.x % size.y, index / (size.x * size.y)) * 8;
+        let mut voxel = random_voxel(random, part_filled, closed);
         for cell in 0..512 {
             if random.chance(voxels) {
-                let cell = brick + IVec3::new(cell % 8, cell / 8 % 8, cell / 64);
-                world.insert(cell, random_voxel(random, part_filled, closed));
+                if !random.chance(0.3) {
+                    voxel = random_voxel(random, part_filled, closed);
+                }
+                world.insert(brick + IVec3::new(cell % 8, cell / 8 % 8, cell / 64), voxel);
             }
         }
     }
@@ -118,7 +121,7 @@ fn shape_point(shape: &Surface, p: DVec3) -> DVec3 {
 fn put(voxel: &mut Voxel, side: usize, normal: DVec3, centroid: DVec3) {
     let centroid = centroid.clamp(DVec3::splat(0.002), DVec3::splat(0.998));
     let plane = plane_encode(side, normal, centroid);
-    voxel.faces[side] = Some(Face { plane, mask: 0xffff, lit: true, albedo: 0x7bef, emission: 0 });
+    voxel.faces[side] = Some(Face { plane, mask: 0xffff, lit: true, albedo: 0x7bef_7bef, emission: 0 });
 }
 
 /// Most sides before an occupied voxel are closed.
