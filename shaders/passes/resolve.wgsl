@@ -67,7 +67,8 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index * rays + r));
         e += hit_radiance(trace(start, direction, 1e6));
     }
-    return vec4<f32>(e * (PI / f32(rays)), 1.0);
+    // Next to a probe, a few rays count for little.
+    return vec4<f32>(e * (PI / f32(rays)), f32(rays) / 64.0);
 }
 
 // Whether the camera sees that there is nothing at `hit` (camera-relative metres), in front of a pixel's surface: around
@@ -111,7 +112,7 @@ fn gather_probes(pixel: vec2<u32>, surface: Surface) -> vec4<f32> {
         let facet = probes[index * 2u + 1u];
         let normal = facet.xyz;
         let bits = bitcast<u32>(facet.w);
-        let apart = (vec2<f32>(pixel) - vec2<f32>(vec2<u32>(bits & 0xffffu, bits >> 16u))) / (0.35 * f32(view.tile_size));
+        let apart = (vec2<f32>(pixel) - vec2<f32>(vec2<u32>(bits & 0xffffu, bits >> 16u))) / (0.3 * f32(view.tile_size));
         let near = exp2(-dot(apart, apart)) + 0.004;
         let between = probe.xyz - surface.position;
         let off_plane = max(abs(dot(between, surface.normal)), abs(dot(between, normal)));
