@@ -10,7 +10,8 @@ use glam::{DMat3, DMat4, DVec3, Mat3, Mat4, UVec2};
 use std::collections::HashMap;
 
 /// Buffers whose contents live from frame to frame, or that only this view needs.
-pub const VIEW_BUFFERS: [&str; 5] = ["probes", "probe_rays", "probe_irradiance", "history_a", "history_b"];
+pub const VIEW_BUFFERS: [&str; 6] =
+    ["history_a", "history_b", "probes", "probe_rays", "probe_guides", "probe_irradiance"];
 
 /// A camera's state.
 pub struct View {
@@ -27,7 +28,7 @@ impl View {
     pub fn new(device: &Device, size: UVec2, tile: u32) -> Result<Self> {
         let tiles = size.map(|s| s.div_ceil(tile));
         let (pixels, probes) = (u64::from(size.x) * u64::from(size.y), u64::from(tiles.x) * u64::from(tiles.y));
-        let sizes = [probes * 32, probes * 512, probes * 144, pixels * 12, pixels * 12];
+        let sizes = [pixels * 12, pixels * 12, probes * 32, probes * 512, probes * 16, probes * 144];
         let mut view = Self { size, buffers: Vec::new(), camera: None, previous: None, flipped: false };
         for bytes in sizes {
             match Buffer::new(device, bytes, Location::Device) {
@@ -97,7 +98,7 @@ impl View {
         for (name, buffer) in VIEW_BUFFERS.iter().zip(&self.buffers) {
             bound.insert(name, Bound::Buffer(buffer.raw, 0, buffer.size));
         }
-        let history = [3, 4].map(|k| Bound::Buffer(self.buffers[k].raw, 0, self.buffers[k].size));
+        let history = [0, 1].map(|k| Bound::Buffer(self.buffers[k].raw, 0, self.buffers[k].size));
         bound.insert("history_out", history[usize::from(self.flipped)]);
         bound.insert("history_in", history[usize::from(!self.flipped)]);
         let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;

@@ -6,12 +6,10 @@
 #import lib/probes.wgsl
 #import lib/pack.wgsl
 
-struct ProbeFilterPush {
+struct ViewPush {
     frame_index: u32,
-    // Voxels.
-    near: f32,
 }
-var<immediate> push: ProbeFilterPush;
+var<immediate> push: ViewPush;
 
 @res var<storage, read> probes: array<vec4<f32>>;
 @res var<storage, read> probe_rays: array<vec2<u32>>;
@@ -23,18 +21,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if index >= view.tiles.x * view.tiles.y || probes[index * 2u].w == 0.0 { return; }
     let texel = id.x - index * 9u;
     let normal = hemi_octahedral(vec2<f32>(vec2<u32>(texel % 3u, texel / 3u)) * 0.25 + 0.25).xyz;
-    var e = vec3<f32>(0.0);
+    var all = vec4<f32>(0.0);
     var far = vec4<f32>(0.0);
-    var whole = 0.0;
     for (var k = 0u; k < 64u; k++) {
         let ray = probe_rays[index * 64u + k];
         let direction = probe_direction(index, k, push.frame_index);
         let weight = max(dot(normal, direction.xyz), 0.0) * direction.w / 64.0;
-        let radiance = rgb9e5_decode(ray.x) * weight;
-        e += radiance;
-        whole += weight;
-        if bitcast<f32>(ray.y) > push.near { far += vec4<f32>(radiance, weight); }
+        let brought = vec4<f32>(rgb9e5_decode(ray.x) * weight, weight);
+        all += brought;
+        if bitcast<f32>(ray.y) > PROBE_NEAR { far += brought; }
     }
-    if far.w > 0.1 * whole { e = far.xyz * (whole / far.w); }
-    probe_irradiance[id.x] = vec4<f32>(e, 0.0);
+    let share = far.w / all.w;
+    probe_irradiance[id.x] = vec4<f32>(select(all.xyz, far.xyz / share, share > 0.1), select(1.0, share, share > 0.1));
 }

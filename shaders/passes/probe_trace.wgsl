@@ -12,8 +12,13 @@ var<immediate> push: ViewPush;
 @res var<storage, read> probes: array<vec4<f32>>;
 // Radiance of each ray (RGB9E5) and hit distance in voxels.
 @res var<storage, read_write> probe_rays: array<vec2<u32>>;
+// A ray of each probe, drawn in proportion to what it brings: where it hit (camera-relative metres) and its radiance's bits.
+@res var<storage, read_write> probe_guides: array<vec4<f32>>;
 // Word 0: rays traced.
 @res var<storage, read_write> counters: array<atomic<u32>, 4>;
+
+var<workgroup> brought: array<f32, 64>;
+var<workgroup> chosen: u32;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
@@ -32,5 +37,26 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         radiance = world_bricks[hit.light];
     }
     probe_rays[index * 64u + thread] = vec2<u32>(radiance, bitcast<u32>(hit.t));
-    if thread == 0u { atomicAdd(&counters[0], 64u); }
+
+    var own = 0.0;
+    if hit.t > PROBE_NEAR { own = luminance(rgb9e5_decode(radiance)) * local.z * local.w; }
+    brought[thread] = own;
+    workgroupBarrier();
+    if thread == 0u {
+        atomicAdd(&counters[0], 64u);
+        var sum = 0.0;
+        for (var k = 0u; k < 64u; k++) { sum += brought[k]; }
+        var rest = sum * unit_float(pcg(pcg(index) ^ push.frame_index));
+        chosen = 0u;
+        while chosen < 63u && rest >= brought[chosen] {
+            rest -= brought[chosen];
+            chosen++;
+        }
+        if sum == 0.0 { probe_guides[index] = vec4<f32>(0.0); chosen = NONE; }
+    }
+    workgroupBarrier();
+    if thread == chosen {
+        let target_point = place.xyz + basis(normal) * local.xyz * (hit.t * frame.voxel_size);
+        probe_guides[index] = vec4<f32>(target_point, bitcast<f32>(radiance));
+    }
 }

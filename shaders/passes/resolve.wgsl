@@ -11,6 +11,7 @@ struct ViewPush {
 var<immediate> push: ViewPush;
 
 @res var<storage, read> probes: array<vec4<f32>>;
+@res var<storage, read> probe_guides: array<vec4<f32>>;
 @res var<storage, read> probe_irradiance: array<vec4<f32>>;
 // Three words a pixel: irradiance rgb and its weight as halves; distance to the camera.
 @res var<storage, read> history_in: array<u32>;
@@ -19,6 +20,8 @@ var<immediate> push: ViewPush;
 
 // Nearer than this (voxels) a pixel looks for itself: probes stand too far apart for contacts.
 const NEAR: f32 = 2.0;
+// How far (voxels) a pixel looks for what stands between it and what a probe sees.
+const GUIDED: f32 = 16.0;
 // Rays of a pixel for which no probe stands.
 const FALLBACK_RAYS: u32 = 4u;
 const PI: f32 = 3.14159265;
@@ -49,16 +52,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
     let start = pixel_start(surface);
     let seed = pcg(at);
-    var far = vec4<f32>(0.0);
-    if view.pixel_rays == 0u { far = gather_probes(pixel, surface); }
-    if far.w > 1e-3 {
+    var far = Gathered();
+    if view.pixel_rays == 0u { far = gather_probes(pixel, surface, unit_float(pcg(seed ^ pcg(push.frame_index)))); }
+    if far.weight > 1e-3 {
+        let open = far.sum / far.weight;
+        var e = open.xyz;
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index));
         let near = trace(start, direction, NEAR);
-        let weight = clamp(far.w, 0.02, 1.0);
-        if near.kind == MISS || is_seen_through(surface, surface.position + direction * (near.t * frame.voxel_size)) {
-            return vec4<f32>(far.xyz / far.w, weight);
+        if near.kind == HIT && !is_seen_through(surface, surface.position + direction * (near.t * frame.voxel_size)) {
+            e = PI * hit_radiance(near);
         }
-        return vec4<f32>(PI * hit_radiance(near), weight);
+        e -= hidden(surface, start, open, probe_guides[far.guide]);
+        return vec4<f32>(e, clamp(far.weight, 0.02, 1.0));
     }
     // No probe stands for the pixel: rays of its own into the world cache.
     let rays = select(FALLBACK_RAYS, view.pixel_rays, view.pixel_rays > 0u);
@@ -69,6 +74,32 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
     }
     // Next to a probe, a few rays count for little.
     return vec4<f32>(e * (PI / f32(rays)), f32(rays) / 64.0);
+}
+
+// What of the probes' irradiance `e` does not reach the pixel: of a ray that a probe drew in proportion to what it brings,
+// everything, if something near the pixel is in its way, less what that sends itself. w: the share of directions that the
+// probe has seen.
+fn hidden(surface: Surface, start: Start, e: vec4<f32>, guide: vec4<f32>) -> vec3<f32> {
+    let radiance = rgb9e5_decode(bitcast<u32>(guide.w));
+    let brightness = luminance(radiance);
+    let to_guide = guide.xyz - surface.position;
+    let distance = length(to_guide) / frame.voxel_size;
+    let direction = normalize(to_guide);
+    if !(brightness > 0.0) || dot(direction, surface.normal) < 0.02 { return vec3<f32>(0.0); }
+    let scale = luminance(e.xyz) / brightness;
+    var t = distance;
+    var seen = vec3<f32>(0.0);
+    if distance > NEAR {
+        let hit = trace(start, direction, min(GUIDED, 0.95 * distance - 1.0));
+        if hit.kind == MISS || is_seen_through(surface, surface.position + direction * (hit.t * frame.voxel_size)) {
+            return vec3<f32>(0.0);
+        }
+        t = hit.t;
+        seen = min(hit_radiance(hit), 4.0 * radiance);
+    }
+    // What is very near the pixel sees for itself, and takes from the probes' mean.
+    if t < NEAR { return radiance * (scale * e.w) - e.xyz * min(scale / PI, 2.0); }
+    return (radiance - seen) * (scale * e.w);
 }
 
 // Whether the camera sees that there is nothing at `hit` (camera-relative metres), in front of a pixel's surface: around
@@ -97,12 +128,22 @@ fn pixel_start(surface: Surface) -> Start {
     return Start(point, surface.normal, PIXEL_ERROR);
 }
 
-// Weighted irradiance and weight of the four probes around a pixel: distance on screen, plane distance, normal.
-fn gather_probes(pixel: vec2<u32>, surface: Surface) -> vec4<f32> {
+// What the probes around a pixel say.
+struct Gathered {
+    // Of weighted irradiance and the share of directions it was seen in.
+    sum: vec4<f32>,
+    weight: f32,
+    // One of the probes, drawn in proportion to its weight.
+    guide: u32,
+}
+
+// The four probes around a pixel, weighted by distance on screen, plane distance and normal. `draw`: evenly in [0, 1).
+fn gather_probes(pixel: vec2<u32>, surface: Surface, draw: f32) -> Gathered {
     let place = (vec2<f32>(pixel) + 0.5) / f32(view.tile_size) - 0.5;
     let corner = floor(place);
     let distance = length(surface.position);
-    var sum = vec4<f32>(0.0);
+    var gathered = Gathered();
+    var rest = draw;
     for (var k = 0u; k < 4u; k++) {
         let offset = vec2<u32>(k & 1u, k >> 1u);
         let tile = clamp(vec2<i32>(corner) + vec2<i32>(offset), vec2<i32>(0), vec2<i32>(view.tiles) - 1);
@@ -120,20 +161,29 @@ fn gather_probes(pixel: vec2<u32>, surface: Surface) -> vec4<f32> {
         let facing = dot(normal, surface.normal);
         if facing < 0.5 { continue; }
         let weight = near * exp2(-relative * relative) * pow(facing, 8.0);
-        sum += vec4<f32>(probe_normal_irradiance(index, normal, surface.normal) * weight, weight);
+        gathered.sum += probe_normal_irradiance(index, normal, surface.normal) * weight;
+        gathered.weight += weight;
+        // Reservoir of one: what is left of the draw serves the next.
+        let share = weight / gathered.weight;
+        if rest < share {
+            gathered.guide = index;
+            rest /= share;
+        } else {
+            rest = (rest - share) / (1.0 - share);
+        }
     }
-    return sum;
+    return gathered;
 }
 
 // Bilinear look-up in a probe's 3 x 3 irradiance map.
-fn probe_normal_irradiance(index: u32, probe_normal: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+fn probe_normal_irradiance(index: u32, probe_normal: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
     let square = hemi_square(normal * basis(probe_normal));
     let place = clamp((square - 0.25) * 4.0, vec2<f32>(0.0), vec2<f32>(2.0));
     let corner = min(vec2<u32>(place), vec2<u32>(1u));
     let part = place - vec2<f32>(corner);
     let first = index * 9u + corner.y * 3u + corner.x;
-    let low = mix(probe_irradiance[first].xyz, probe_irradiance[first + 1u].xyz, part.x);
-    let high = mix(probe_irradiance[first + 3u].xyz, probe_irradiance[first + 4u].xyz, part.x);
+    let low = mix(probe_irradiance[first], probe_irradiance[first + 1u], part.x);
+    let high = mix(probe_irradiance[first + 3u], probe_irradiance[first + 4u], part.x);
     return mix(low, high, part.y);
 }
 
