@@ -6,8 +6,8 @@ const BRICK_VOXELS: u32 = 8u;
 const GROUP_VOXELS: u32 = 32u;
 // Words of a group's record in `world_grid`: mask low, mask high, first entry, unused.
 const GROUP_WORDS: u32 = 4u;
-// Allocation unit of a brick in `world_bricks`, in words (64 bytes).
-const PAGE_WORDS: u32 = 16u;
+// Allocation unit of a brick in `world_bricks`, in words (32 bytes).
+const PAGE_WORDS: u32 = 8u;
 // Words of a block's record in a brick.
 const BLOCK_WORDS: u32 = 3u;
 // Bricks voxelised by one dispatch: 32 x 1000 workgroups stay below the 65535 that every device offers.

@@ -22,7 +22,9 @@ use std::collections::{HashMap, HashSet};
 /// Lighting sweeps a frame when the face budget allows: the more, the faster light travels.
 const SWEEPS_MAX: u32 = 4;
 /// Pages of a new `world_bricks`, before anything is known of the scene.
-const FIRST_PAGES: u32 = 4;
+const FIRST_PAGES: u32 = 8;
+/// One brick of so many is too few to tell what all of them take.
+const FEW: u32 = 32;
 
 /// What a frame is made with, and what it has come to so far.
 pub struct FrameScope<'a> {
@@ -305,8 +307,8 @@ impl World {
             return Ok(());
         }
         // A few bricks say little of the others: what they ask for must leave room for the last step.
-        let first_step = if (self.table.resident() + arriving.len() as u32) * 8 < bricks {
-            (steady / 8).max(self.table.pages_with(arriving) + arriving_slack(arriving))
+        let first_step = if (self.table.resident() + arriving.len() as u32) * FEW < bricks {
+            (steady / FEW).max(self.table.pages_with(arriving) + arriving_slack(arriving))
         } else {
             u32::MAX
         };
