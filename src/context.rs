@@ -121,7 +121,7 @@ pub struct Stats {
     pub bricks_left_out: u32,
     /// Lit voxel faces resident.
     pub faces: u32,
-    /// Allocation units of 64 bytes in use by bricks.
+    /// Allocation units of 32 bytes in use by bricks.
     pub pages: u32,
     /// Rays traced in the frame.
     pub rays: u64,
@@ -306,6 +306,8 @@ impl Context {
     fn read_back(&mut self, index: usize) -> Result<()> {
         let times = self.slots[index].timing.read(&self.device);
         if !times.is_empty() {
+            let own = times.iter().filter(|(name, _)| passes::bricks::VOXELIZE_PASSES.contains(name));
+            self.world.voxelized_in(index, own.map(|t| t.1).sum());
             self.stats.frame_ms = times.iter().map(|t| t.1).sum();
             self.stats.passes.clear();
             for (name, ms) in times {

@@ -43,6 +43,10 @@ pub struct Settings {
     /// Bricks voxelised a frame while any are waiting, 1 to 4096; default 512. Fewer where a seventh of `memory_budget`
     /// (8 MiB at most), set aside for this, does not suffice. Costs nothing when none waits.
     pub voxelize_bricks_per_frame: u32,
+    /// Milliseconds of GPU time that voxelisation may take a frame, 0 to 1000; default 0: no limit. From the timestamps of
+    /// earlier frames, bricks are handed to the GPU as far as they will fit, one at least and
+    /// `voxelize_bricks_per_frame` at most. Without effect where the device has no timestamps.
+    pub voxelize_ms: f32,
     /// Voxel faces lit a frame, 64 to 4 194 240; default 131 072. The main cost of lighting. At most what an eighth of
     /// `memory_budget` holds at 12 bytes a face.
     pub light_faces_per_frame: u32,
@@ -69,6 +73,7 @@ impl Default for Settings {
             coverage_groups: [32, 8, 32],
             memory_budget: 28 << 20,
             voxelize_bricks_per_frame: 512,
+            voxelize_ms: 0.0,
             light_faces_per_frame: 131_072,
             bounce_rays: 4,
             direct_samples: 2,
@@ -108,6 +113,7 @@ impl Settings {
         )?;
         in_range(self.memory_budget >= 1 << 20, "memory_budget must be at least 1 MiB")?;
         in_range((1..=4096).contains(&self.voxelize_bricks_per_frame), "voxelize_bricks_per_frame must be 1 to 4096")?;
+        in_range((0.0..=1000.0).contains(&self.voxelize_ms), "voxelize_ms must be 0 to 1000")?;
         in_range(
             (64..=4_194_240).contains(&self.light_faces_per_frame),
             "light_faces_per_frame must be 64 to 4194240",

@@ -62,6 +62,10 @@ pub struct BgiSettings {
     /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
     /// that probes are judged against; costs width * height * pixelRays rays a frame.
     pub pixel_rays: u32,
+    /// Milliseconds of GPU time that voxelisation may take a frame, 0 to 1000; default 0: no limit. From the timestamps of
+    /// earlier frames, bricks are handed to the GPU as far as they will fit, one at least and voxelizeBricksPerFrame at
+    /// most. Without effect where the device has no timestamps.
+    pub voxelize_ms: f32,
 }
 
 structure_types! { BgiSettings = BGI_STRUCTURE_TYPE_SETTINGS }
@@ -83,6 +87,7 @@ impl From<Settings> for BgiSettings {
             probe_tile: from.probe_tile,
             temporal_frames: from.temporal_frames,
             pixel_rays: from.pixel_rays,
+            voxelize_ms: from.voxelize_ms,
         }
     }
 }
@@ -107,6 +112,7 @@ impl BgiSettings {
             probe_tile: self.probe_tile,
             temporal_frames: self.temporal_frames,
             pixel_rays: self.pixel_rays,
+            voxelize_ms: self.voxelize_ms,
         })
     }
 }
@@ -139,7 +145,7 @@ mod tests {
     fn settings_survive_the_boundary() {
         for preset in [Preset::Low, Preset::Medium, Preset::High, Preset::Ultra] {
             let settings =
-                Settings { hit_model: HitModel::Cube, grid_offset: [0.1, 0.2, 0.3], ..Settings::preset(preset) };
+                Settings { hit_model: HitModel::Cube, grid_offset: [0.1, 0.2, 0.3], voxelize_ms: 1.5, ..Settings::preset(preset) };
             let back = BgiSettings::from(settings.clone()).settings().unwrap();
             assert_eq!(settings, back);
         }

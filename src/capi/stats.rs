@@ -55,7 +55,7 @@ pub struct BgiStats {
     pub bricks_left_out: u32,
     /// Out: lit voxel faces resident.
     pub faces: u32,
-    /// Out: allocation units of 64 bytes in use by bricks.
+    /// Out: allocation units of 32 bytes in use by bricks.
     pub pages: u32,
     /// In: elements at `passes`. Out: elements written, or available where `passes` is NULL.
     pub pass_count: u32,

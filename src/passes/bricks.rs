@@ -32,6 +32,9 @@ pub struct Voxelization {
     pub hit_model: HitModel,
 }
 
+/// The passes of [`voxelize`].
+pub const VOXELIZE_PASSES: [&str; 3] = ["voxel_mark", "voxelize", "face_resolve"];
+
 /// Queued bricks become packed bricks in the payload, a batch at a time.
 pub fn voxelize(frame: &mut Frame, bricks: &[BatchBrick], triangles: &[[f32; 16]], how: &Voxelization) {
     let Voxelization { batch, payload_words, emission_max, hit_model } = *how;

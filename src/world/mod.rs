@@ -23,6 +23,8 @@ use std::collections::{HashMap, HashSet};
 const SWEEPS_MAX: u32 = 4;
 /// Pages of a new `world_bricks`, before anything is known of the scene.
 const FIRST_PAGES: u32 = 8;
+/// Bricks voxelised in a frame to learn how long they take.
+const FIRST_BRICKS: usize = 16;
 /// One brick of so many is too few to tell what all of them take.
 const FEW: u32 = 32;
 
@@ -82,7 +84,11 @@ pub struct World {
     spare: u64,
     /// Mean bytes of triangles that they uploaded.
     mean_upload: f32,
+    /// GPU milliseconds that a brick's voxelisation takes, 0 while nothing has been measured.
+    brick_ms: f64,
     updates: u32,
+    /// Bricks that have arrived of late.
+    arriving: f64,
     /// Frames without voxelisation.
     idle: usize,
     /// Frames since a large part of the world, or its lights, changed.
@@ -112,6 +118,8 @@ impl World {
             mean_words: 1024.0,
             spare: 0,
             mean_upload: 2048.0,
+            brick_ms: 0.0,
+            arriving: 0.0,
             updates: 0,
             idle: 0,
             steady_frames: 0,
@@ -258,8 +266,11 @@ impl World {
         self.fit_pages(scope, scene, &finished)?;
         self.table.share_out();
         let copies = self.table.finish(&finished);
-        if copies.len() as u32 * 20 > self.table.resident() {
+        // What was lit in a world with holes must not linger.
+        self.arriving = 0.75 * self.arriving + copies.len() as f64;
+        if self.arriving * 20.0 > f64::from(self.table.resident()) {
             self.steady_frames = 0;
+            self.table.invalidate_lighting();
         }
         let grid_writes = self.table.grid.take_writes();
         passes::bricks::commit(&mut scope.frame, &copies, &grid_writes);
@@ -327,8 +338,27 @@ impl World {
         }
     }
 
+    /// What voxelisation took in the slot's last frame: slower bricks count at once, faster ones by and by.
+    pub fn voxelized_in(&mut self, index: usize, ms: f64) {
+        let bricks = self.flights[index].bricks.len();
+        if bricks > 0 && ms > 0.0 {
+            let each = ms / bricks as f64;
+            self.brick_ms = each.max(0.75 * self.brick_ms + 0.25 * each);
+        }
+    }
+
+    /// Bricks to hand to the GPU in this frame. Where time is limited and nothing has been measured yet: a few.
+    fn bricks_per_frame(&self, scope: &FrameScope) -> usize {
+        let most = scope.settings.voxelize_bricks_per_frame as usize;
+        match f64::from(scope.settings.voxelize_ms) {
+            limit if limit == 0.0 || scope.device.timestamp_bits == 0 => most,
+            _ if self.brick_ms == 0.0 => most.min(FIRST_BRICKS),
+            limit => most.min((limit / self.brick_ms) as usize).max(1),
+        }
+    }
+
     fn voxelize(&mut self, scope: &mut FrameScope, scene: &Scene, viewpoint: &Viewpoint) -> Result<()> {
-        let queue = self.table.next(scope.settings.voxelize_bricks_per_frame as usize, viewpoint);
+        let queue = self.table.next(self.bricks_per_frame(scope), viewpoint);
         // Materials that wait for room get it when nothing is voxelised.
         if queue.is_empty() || self.materials_wait {
             self.release_scratch(scope);
