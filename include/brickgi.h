@@ -142,6 +142,10 @@ typedef struct BgiSettings {
     /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
     /// that probes are judged against; costs width * height * pixelRays rays a frame.
     uint32_t pixelRays;
+    /// Milliseconds of GPU time that voxelisation may take a frame, 0 to 1000; default 0: no limit. From the timestamps of
+    /// earlier frames, bricks are handed to the GPU as far as they will fit, one at least and voxelizeBricksPerFrame at
+    /// most. Without effect where the device has no timestamps.
+    float voxelizeMs;
 } BgiSettings;
 
 /// Severity of a log line: one of BGI_LOG_*.
@@ -434,7 +438,7 @@ typedef struct BgiStats {
     uint32_t bricksLeftOut;
     /// Out: lit voxel faces resident.
     uint32_t faces;
-    /// Out: allocation units of 64 bytes in use by bricks.
+    /// Out: allocation units of 32 bytes in use by bricks.
     uint32_t pages;
     /// In: elements at `passes`. Out: elements written, or available where `passes` is NULL.
     uint32_t passCount;

@@ -56,14 +56,14 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
     if view.pixel_rays == 0u { far = gather_probes(pixel, surface, unit_float(pcg(seed ^ pcg(push.frame_index)))); }
     if far.weight > 1e-3 {
         let open = far.sum / far.weight;
-        var e = open.xyz;
+        let weight = clamp(far.weight, 0.002, 1.0);
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index));
         let near = trace(start, direction, NEAR);
         if near.kind == HIT && !is_seen_through(surface, surface.position + direction * (near.t * frame.voxel_size)) {
-            e = PI * hit_radiance(near);
+            return vec4<f32>(PI * hit_radiance(near), weight);
         }
-        e -= hidden(surface, start, open, probe_guides[far.guide]);
-        return vec4<f32>(e, clamp(far.weight, 0.02, 1.0));
+        let e = open.xyz - hidden(surface, start, open, probe_guides[far.guide]);
+        return vec4<f32>(max(e, vec3<f32>(0.0)), weight);
     }
     // No probe stands for the pixel: rays of its own into the world cache.
     let rays = select(FALLBACK_RAYS, view.pixel_rays, view.pixel_rays > 0u);

@@ -144,8 +144,12 @@ mod tests {
     #[test]
     fn settings_survive_the_boundary() {
         for preset in [Preset::Low, Preset::Medium, Preset::High, Preset::Ultra] {
-            let settings =
-                Settings { hit_model: HitModel::Cube, grid_offset: [0.1, 0.2, 0.3], voxelize_ms: 1.5, ..Settings::preset(preset) };
+            let settings = Settings {
+                hit_model: HitModel::Cube,
+                grid_offset: [0.1, 0.2, 0.3],
+                voxelize_ms: 1.5,
+                ..Settings::preset(preset)
+            };
             let back = BgiSettings::from(settings.clone()).settings().unwrap();
             assert_eq!(settings, back);
         }
