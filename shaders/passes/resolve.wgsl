@@ -161,6 +161,8 @@ fn gather_probes(pixel: vec2<u32>, surface: Surface, draw: f32) -> Gathered {
         let facing = dot(normal, surface.normal);
         if facing < 0.5 { continue; }
         let weight = near * exp2(-relative * relative) * pow(facing, 8.0);
+        // It may underflow.
+        if weight <= 0.0 { continue; }
         gathered.sum += probe_normal_irradiance(index, normal, surface.normal) * weight;
         gathered.weight += weight;
         // Reservoir of one: what is left of the draw serves the next.
