@@ -1,5 +1,6 @@
 // Irradiance of each pixel: four probes around it weighted by plane distance and normal; where none stands for it, its
-// own rays into the world cache. What is near a pixel it sees by a short ray of its own. Then the average over time with rejection where the surface was not seen before.
+// own rays into the world cache. What is near a pixel it sees by a short ray of its own, and another one looks whether
+// something hides the probes' light. Then the average over time with rejection where the surface was not seen before.
 
 #import lib/hdda.wgsl
 #import lib/random.wgsl
