@@ -5,6 +5,9 @@
 #import lib/pack.wgsl
 
 @res var<storage, read> batch_bricks: array<BatchBrick>;
+// The bricks' lists: indices of triangles, which bricks of a group share.
+@res var<storage, read> triangle_lists: array<u32>;
+// In group space: voxels, origin at the group's low corner.
 @res var<storage, read> triangles: array<vec4<f32>>;
 
 struct Triangle {
@@ -14,10 +17,16 @@ struct Triangle {
     material: u32,
 }
 
-// A triangle moved so that `origin` is zero.
-fn load_triangle(index: u32, origin: vec3<f32>) -> Triangle {
-    let a = triangles[index * 4u];
-    return Triangle(a.xyz - origin, triangles[index * 4u + 1u].xyz - origin, triangles[index * 4u + 2u].xyz - origin,
+// Low corner of a brick in its group.
+fn place_in_group(brick: BatchBrick) -> vec3<f32> {
+    return vec3<f32>(vec3<u32>(brick.place & 3u, (brick.place >> 2u) & 3u, brick.place >> 4u) * BRICK_VOXELS);
+}
+
+// A triangle of a list, moved so that `origin` (group space) is zero.
+fn load_triangle(entry: u32, origin: vec3<f32>) -> Triangle {
+    let first = triangle_lists[entry] * 4u;
+    let a = triangles[first];
+    return Triangle(a.xyz - origin, triangles[first + 1u].xyz - origin, triangles[first + 2u].xyz - origin,
                     bitcast<u32>(a.w));
 }
 

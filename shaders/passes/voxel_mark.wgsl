@@ -26,7 +26,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
 
     let brick = batch_bricks[push.first_brick + group.x];
     for (var i = thread; i < brick.triangle_count; i += 64u) {
-        mark(load_triangle(brick.first_triangle + i, vec3<f32>(0.0)));
+        mark(load_triangle(brick.first_triangle + i, place_in_group(brick)));
     }
     workgroupBarrier();
 

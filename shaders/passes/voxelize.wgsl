@@ -51,7 +51,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let batch = item >> 10u;
     let brick = batch_bricks[push.first_brick + batch];
     let cell = apron_cell(item & 1023u);
-    let origin = vec3<f32>(cell);
+    let origin = place_in_group(brick) + vec3<f32>(cell);
 
     for (var i = thread; i < 1536u; i += 64u) { keys[i] = 0u; }
     for (var i = thread; i < 78u; i += 64u) { atomicStore(&sums[i], 0); }
@@ -247,7 +247,7 @@ fn sum3(at: u32) -> vec3<f32> {
     return vec3<f32>(vec3<i32>(atomicLoad(&sums[at]), atomicLoad(&sums[at + 1u]), atomicLoad(&sums[at + 2u]))) / FIXED;
 }
 
-fn texture_color(material: Material, index: u32, t: Triangle, p: vec3<f32>) -> vec3<f32> {
+fn texture_color(material: Material, entry: u32, t: Triangle, p: vec3<f32>) -> vec3<f32> {
     if material.texture == NO_TEXTURE { return vec3<f32>(1.0); }
     let e1 = t.b - t.a;
     let e2 = t.c - t.a;
@@ -255,8 +255,9 @@ fn texture_color(material: Material, index: u32, t: Triangle, p: vec3<f32>) -> v
     let area2 = dot(n, n);
     let wb = dot(cross(p - t.a, e2), n) / area2;
     let wc = dot(cross(e1, p - t.a), n) / area2;
-    let uv12 = triangles[index * 4u + 3u];
-    let uv0 = vec2<f32>(triangles[index * 4u + 1u].w, triangles[index * 4u + 2u].w);
+    let first = triangle_lists[entry] * 4u;
+    let uv12 = triangles[first + 3u];
+    let uv0 = vec2<f32>(triangles[first + 1u].w, triangles[first + 2u].w);
     let uv = uv0 * (1.0 - wb - wc) + uv12.xy * wb + uv12.zw * wc;
     let size = vec2<u32>(material.texture_size & 0xffffu, material.texture_size >> 16u);
     let texel = min(vec2<u32>(fract(uv) * vec2<f32>(size)), size - 1u);

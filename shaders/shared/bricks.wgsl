@@ -1,10 +1,12 @@
-// A queued brick: its triangles stand in brick space (voxels, origin at its low corner).
+// A queued brick.
 struct BatchBrick {
+    // In `triangle_lists`.
     first_triangle: u32,
     triangle_count: u32,
     // Hash of the brick's world position.
     seed: u32,
-    unused: u32,
+    // Its place in its group: x | y << 2 | z << 4.
+    place: u32,
 }
 
 // What `face_resolve` tells the host of a brick.

@@ -10,6 +10,6 @@ mod viewpoint;
 pub use allocator::ExtentAllocator;
 pub use grid::Grid;
 pub use light_queue::LightQueue;
-pub use primitives::{MAX_TRIANGLES, PrimitiveIndex, WorldGrid};
+pub use primitives::{Batch, MAX_TRIANGLES, PrimitiveIndex, WorldGrid};
 pub use table::{BrickTable, Finished};
 pub use viewpoint::Viewpoint;

@@ -1,6 +1,6 @@
 //! Which triangles touch which brick.
 
-use crate::gpu::shared::{TIE_SHIFT, TWO_SIDED};
+use crate::gpu::shared::{BatchBrick, TIE_SHIFT, TWO_SIDED};
 use crate::scene::{Instance, Mesh, Scene};
 use glam::{DVec3, IVec3, Vec3};
 use std::collections::{HashMap, HashSet};
@@ -29,7 +29,7 @@ impl WorldGrid {
 /// Voxels around a brick that also decide about its faces.
 const REACH: f64 = 1.02;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Primitive {
     instance: u64,
     triangle: u32,
@@ -103,52 +103,90 @@ impl PrimitiveIndex {
         self.bricks.keys().copied()
     }
 
-    /// A brick's triangles as `lib/triangles.wgsl` reads them: corners in brick space, moved into the solid by
-    /// [`TIE_SHIFT`]; texture coordinates; material and sidedness. False if there are more than [`MAX_TRIANGLES`].
+    /// Lists a brick's triangles in `batch`. False if there are more than [`MAX_TRIANGLES`].
     pub fn triangles(
         &self,
         brick: IVec3,
         scene: &Scene,
         grid: &WorldGrid,
         materials: &HashMap<u64, u32>,
-        out: &mut Vec<[f32; 16]>,
+        batch: &mut Batch,
     ) -> bool {
+        let (first, group) = (batch.lists.len(), brick >> 2i32);
         let list = self.bricks.get(&brick).map_or(&[][..], Vec::as_slice);
         for p in list.iter().take(MAX_TRIANGLES) {
-            let instance = &scene.instances[&p.instance];
-            let mesh = &scene.meshes[&instance.mesh];
-            let origin = brick.as_dvec3() * 8.0;
-            let [a, b, c] = voxel_corners(scene, instance, p.triangle, grid).map(|c| c - origin);
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            if normal == DVec3::ZERO {
-                continue;
-            }
-            let shift = normal * f64::from(TIE_SHIFT);
-            let [a, b, c] = [a, b, c].map(|v| (v - shift).as_vec3());
-            let two_sided = mesh.two_sided[p.triangle as usize];
-            let material = materials[&instance.material] | if two_sided { TWO_SIDED } else { 0 };
-            let uv = triangle_uvs(mesh, p.triangle);
-            out.push([
-                a.x,
-                a.y,
-                a.z,
-                f32::from_bits(material),
-                b.x,
-                b.y,
-                b.z,
-                uv[0],
-                c.x,
-                c.y,
-                c.z,
-                uv[1],
-                uv[2],
-                uv[3],
-                uv[4],
-                uv[5],
-            ]);
+            let triangles = &mut batch.triangles;
+            let index = *batch.known.entry((group, *p)).or_insert_with(|| {
+                let words = group_triangle(p, group, scene, grid, materials)?;
+                triangles.push(words);
+                Some(triangles.len() as u32 - 1)
+            });
+            batch.lists.extend(index);
         }
+        let place = (brick & 3i32).as_uvec3();
+        batch.bricks.push(BatchBrick {
+            first_triangle: first as u32,
+            triangle_count: (batch.lists.len() - first) as u32,
+            seed: brick.to_array().iter().fold(0u32, |h, v| (h ^ *v as u32).wrapping_mul(0x9e37_79b1)),
+            place: place.x | place.y << 2 | place.z << 4,
+        });
         list.len() <= MAX_TRIANGLES
     }
+}
+
+/// Bricks to be voxelised, as `lib/triangles.wgsl` reads them. Bricks of a group share their triangles.
+#[derive(Default)]
+pub struct Batch {
+    pub bricks: Vec<BatchBrick>,
+    /// Indices of triangles.
+    pub lists: Vec<u32>,
+    /// In group space.
+    pub triangles: Vec<[f32; 16]>,
+    /// Where a group's triangle stands; None: it has no area.
+    known: HashMap<(IVec3, Primitive), Option<u32>>,
+}
+
+impl Batch {
+    /// Bytes to upload.
+    pub fn bytes(&self) -> u64 {
+        let [bricks, lists] = [size_of_val(&self.bricks[..]), size_of_val(&self.lists[..])];
+        (bricks + lists + size_of_val(&self.triangles[..])) as u64
+    }
+
+    /// Takes the last brick out again; `triangles`: how many there were before.
+    pub fn drop_last(&mut self, triangles: usize) {
+        if let Some(brick) = self.bricks.pop() {
+            self.lists.truncate(brick.first_triangle as usize);
+            self.triangles.truncate(triangles);
+            self.known.retain(|_, index| index.is_none_or(|i| (i as usize) < triangles));
+        }
+    }
+}
+
+/// A triangle in group space, moved into the solid by [`TIE_SHIFT`]: corners; texture coordinates; material and
+/// sidedness. None: it has no area.
+fn group_triangle(
+    p: &Primitive,
+    group: IVec3,
+    scene: &Scene,
+    grid: &WorldGrid,
+    materials: &HashMap<u64, u32>,
+) -> Option<[f32; 16]> {
+    let instance = &scene.instances[&p.instance];
+    let mesh = &scene.meshes[&instance.mesh];
+    let origin = group.as_dvec3() * 32.0;
+    let [a, b, c] = voxel_corners(scene, instance, p.triangle, grid).map(|c| c - origin);
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    if normal == DVec3::ZERO {
+        return None;
+    }
+    let shift = normal * f64::from(TIE_SHIFT);
+    let [a, b, c] = [a, b, c].map(|v| (v - shift).as_vec3());
+    let two_sided = mesh.two_sided[p.triangle as usize];
+    let material = materials[&instance.material] | if two_sided { TWO_SIDED } else { 0 };
+    let uv = triangle_uvs(mesh, p.triangle);
+    let m = f32::from_bits(material);
+    Some([a.x, a.y, a.z, m, b.x, b.y, b.z, uv[0], c.x, c.y, c.z, uv[1], uv[2], uv[3], uv[4], uv[5]])
 }
 
 /// Triangles of one brick that are looked at; voxelisation packs their index into 16 bits.

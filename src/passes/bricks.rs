@@ -1,8 +1,9 @@
 //! Group "bricks": `grid_update`, `brick_commit`, `voxel_mark`, `voxelize`, `face_resolve`.
 
+use crate::bricks::Batch;
 use crate::frame::Frame;
 use crate::gpu::shared::{
-    BATCH_BRICKS, BatchBrick, BrickCommitPush, BrickCopy, FaceResolvePush, GridUpdatePush, VoxelMarkPush, VoxelizePush,
+    BATCH_BRICKS, BrickCommitPush, BrickCopy, FaceResolvePush, GridUpdatePush, VoxelMarkPush, VoxelizePush,
 };
 use crate::settings::HitModel;
 
@@ -36,11 +37,13 @@ pub struct Voxelization {
 pub const VOXELIZE_PASSES: [&str; 3] = ["voxel_mark", "voxelize", "face_resolve"];
 
 /// Queued bricks become packed bricks in the payload, a batch at a time.
-pub fn voxelize(frame: &mut Frame, bricks: &[BatchBrick], triangles: &[[f32; 16]], how: &Voxelization) {
+pub fn voxelize(frame: &mut Frame, queued: &Batch, how: &Voxelization) {
     let Voxelization { batch, payload_words, emission_max, hit_model } = *how;
     assert!((1..=BATCH_BRICKS).contains(&batch), "a dispatch of voxels has at most 65 535 workgroups");
+    let bricks = &queued.bricks;
     frame.upload.push("batch_bricks", bricks);
-    frame.upload.push("triangles", triangles);
+    frame.upload.push("triangle_lists", &queued.lists);
+    frame.upload.push("triangles", &queued.triangles);
     for first_brick in (0..bricks.len() as u32).step_by(batch as usize) {
         let count = (bricks.len() as u32 - first_brick).min(batch);
         frame.dispatch("voxel_mark", [count, 1, 1], VoxelMarkPush { first_brick });

@@ -13,7 +13,7 @@ use crate::bricks::Grid;
 use crate::context::ResourceSize;
 use crate::error::{Error, Result};
 use crate::frame::Command;
-use crate::gpu::shared::{APRON_COUNT, BATCH_BRICKS, BatchBrick, BrickResult, LightBrick, PAGE_WORDS, RECORD_WORDS};
+use crate::gpu::shared::{APRON_COUNT, BATCH_BRICKS, BrickResult, LightBrick, PAGE_WORDS, RECORD_WORDS};
 use crate::gpu::{Bound, Buffer, Location, Replaced, Slot};
 use crate::settings::Settings;
 use ash::vk;
@@ -483,11 +483,6 @@ impl Memory {
 
 const VOXEL_BUFFERS: [&str; 5] = ["voxel_args", "payload_used", "voxel_items", "voxel_states", "voxel_records"];
 const LIGHT_BUFFERS: [&str; 2] = ["vis_faces", "face_irradiance"];
-
-/// What bricks with so many triangles upload.
-pub fn bricks_upload_bytes(bricks: usize, triangles: usize) -> u64 {
-    (triangles * size_of::<[f32; 16]>() + bricks * size_of::<BatchBrick>()) as u64
-}
 
 fn retired_bytes(slots: &[Slot]) -> u64 {
     slots.iter().map(Slot::retired_bytes).sum()

@@ -2,13 +2,13 @@
 
 mod memory;
 
-use crate::bricks::{BrickTable, Finished, MAX_TRIANGLES, PrimitiveIndex, Viewpoint, WorldGrid};
+use crate::bricks::{Batch, BrickTable, Finished, MAX_TRIANGLES, PrimitiveIndex, Viewpoint, WorldGrid};
 use crate::context::ResourceSize;
 use crate::error::Result;
 use crate::frame::{Command, Frame};
 use crate::gpu::shared::{
-    BatchBrick, Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial,
-    NO_TEXTURE, PAGE_WORDS,
+    Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
+    PAGE_WORDS,
 };
 use crate::gpu::{Bound, Device, Replaced, Slot};
 use crate::passes;
@@ -368,19 +368,19 @@ impl World {
         let (brick_bytes, upload_bytes) = ((4.0 * expected) as u64, self.mean_upload as u64);
         let scratch = self.memory.scratch(scope, queue.len() as u32, [brick_bytes, upload_bytes], self.spare)?;
         let Some(scratch) = scratch else { return Ok(()) };
-        let (mut batch, mut triangles) = (Vec::new(), Vec::new());
+        let mut batch = Batch::default();
         let mut payload = 0.0;
         for (position, pages) in queue.into_iter().take(scratch.bricks) {
-            let first_triangle = triangles.len();
-            let all = self.primitives.triangles(position, scene, &self.grid, &self.material_index, &mut triangles);
+            let before = batch.triangles.len();
+            let all = self.primitives.triangles(position, scene, &self.grid, &self.material_index, &mut batch);
             payload += pages.map_or(expected, |p| (p * PAGE_WORDS) as f32);
-            let bytes = memory::bricks_upload_bytes(batch.len() + 1, triangles.len());
-            if !batch.is_empty() && (bytes > scratch.share || payload > scratch.payload_words as f32) {
-                triangles.truncate(first_triangle);
+            let bytes = batch.bytes();
+            if batch.bricks.len() > 1 && (bytes > scratch.share || payload > scratch.payload_words as f32) {
+                batch.drop_last(before);
                 break;
             }
             if bytes > scratch.upload {
-                triangles.truncate(first_triangle);
+                batch.drop_last(before);
                 if self.table.busy() || self.memory.is_momentary(scope) {
                     break;
                 }
@@ -395,17 +395,14 @@ impl World {
                     self.grid.to_world(position.as_dvec3() * 8.0 + 4.0)
                 ));
             }
-            let seed = position.to_array().iter().fold(0u32, |h, v| (h ^ *v as u32).wrapping_mul(0x9e37_79b1));
-            let triangle_count = (triangles.len() - first_triangle) as u32;
-            batch.push(BatchBrick { first_triangle: first_triangle as u32, triangle_count, seed, unused: 0 });
             self.table.start(position);
             self.flights[scope.index].bricks.push(position);
         }
-        if batch.is_empty() {
+        if batch.bricks.is_empty() {
             return Ok(());
         }
         self.idle = 0;
-        let upload = memory::bricks_upload_bytes(batch.len(), triangles.len()) as f32 / batch.len() as f32;
+        let upload = batch.bytes() as f32 / batch.bricks.len() as f32;
         self.mean_upload = 0.5 * self.mean_upload + 0.5 * upload;
         scope.frame.commands.push(Command::Clear("payload_used"));
         let how = Voxelization {
@@ -414,7 +411,7 @@ impl World {
             emission_max: emission_max(scene),
             hit_model: scope.settings.hit_model,
         };
-        passes::bricks::voxelize(&mut scope.frame, &batch, &triangles, &how);
+        passes::bricks::voxelize(&mut scope.frame, &batch, &how);
         Ok(())
     }
 

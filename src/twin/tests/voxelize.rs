@@ -2,10 +2,10 @@
 
 use super::pack::planes_agree;
 use super::solids::{self, Bodies};
-use crate::bricks::{PrimitiveIndex, WorldGrid};
+use crate::bricks::{self, PrimitiveIndex, WorldGrid};
 use crate::frame::{Command, Frame};
 use crate::gpu::Location;
-use crate::gpu::shared::{BATCH_BRICKS, BatchBrick, BrickResult, Material, NO_TEXTURE, NONE, RECORD_WORDS};
+use crate::gpu::shared::{BATCH_BRICKS, BrickResult, Material, NO_TEXTURE, NONE, RECORD_WORDS};
 use crate::passes;
 use crate::scene::Scene;
 use crate::settings::HitModel;
@@ -26,8 +26,7 @@ const TRIES: u64 = 12;
 /// A scene as the passes read it.
 struct Batch {
     positions: Vec<IVec3>,
-    bricks: Vec<BatchBrick>,
-    triangles: Vec<[f32; 16]>,
+    queued: bricks::Batch,
     materials: Vec<Material>,
     texels: Vec<u32>,
     emission_max: f32,
@@ -43,13 +42,9 @@ impl Batch {
         let mut positions: Vec<IVec3> = index.bricks().collect();
         positions.sort_unstable_by_key(IVec3::to_array);
         let ids: HashMap<u64, u32> = scene.materials.keys().map(|id| (*id, *id as u32)).collect();
-        let (mut bricks, mut triangles) = (Vec::new(), Vec::new());
+        let mut queued = bricks::Batch::default();
         for position in &positions {
-            let first_triangle = triangles.len() as u32;
-            index.triangles(*position, scene, &grid, &ids, &mut triangles);
-            let triangle_count = triangles.len() as u32 - first_triangle;
-            let seed = (position.x * 73 + position.y * 179 + position.z * 283) as u32;
-            bricks.push(BatchBrick { first_triangle, triangle_count, seed, unused: 0 });
+            index.triangles(*position, scene, &grid, &ids, &mut queued);
         }
         let texture = &scene.textures[&7];
         let materials: Vec<Material> = (0..scene.materials.len() as u64)
@@ -64,14 +59,16 @@ impl Batch {
             })
             .collect();
         let emission_max = materials.iter().flat_map(|m| m.emission).fold(1e-6, f32::max);
-        Self { positions, bricks, triangles, materials, texels: texture.texels.clone(), emission_max }
+        Self { positions, queued, materials, texels: texture.texels.clone(), emission_max }
     }
 
     fn source(&self, brick: usize) -> Source<'_> {
-        let b = &self.bricks[brick];
-        let triangles = &self.triangles[b.first_triangle as usize..(b.first_triangle + b.triangle_count) as usize];
+        let b = &self.queued.bricks[brick];
+        let list = &self.queued.lists[b.first_triangle as usize..(b.first_triangle + b.triangle_count) as usize];
+        let corner = (self.positions[brick] & 3i32).as_dvec3() * 8.0;
+        let triangle = |index: &u32| Triangle::new(&self.queued.triangles[*index as usize]).moved(corner);
         Source {
-            triangles: triangles.iter().map(Triangle::new).collect(),
+            triangles: list.iter().map(triangle).collect(),
             materials: &self.materials,
             texels: &self.texels,
             emission_max: f64::from(self.emission_max),
@@ -88,7 +85,7 @@ impl Batch {
         gpu.buffer("voxel_records", wide * 512 * RECORD_WORDS as usize * 4, Location::Device);
         gpu.buffer("payload_used", 16, Location::Device);
         gpu.buffer("payload", PAYLOAD_WORDS as usize * 4, Location::Readback);
-        gpu.buffer("brick_results", self.bricks.len() * size_of::<BrickResult>(), Location::Readback);
+        gpu.buffer("brick_results", self.queued.bricks.len() * size_of::<BrickResult>(), Location::Readback);
         let mut frame = Frame::default();
         frame.upload.push("materials", &self.materials);
         frame.upload.push("texels", &self.texels);
@@ -100,10 +97,10 @@ impl Batch {
             emission_max: self.emission_max,
             hit_model: model,
         };
-        passes::bricks::voxelize(&mut frame, &self.bricks, &self.triangles, &how);
+        passes::bricks::voxelize(&mut frame, &self.queued, &how);
         gpu.run(&frame);
         let payload: Vec<u32> = gpu.read("payload", PAYLOAD_WORDS as usize);
-        let results: Vec<BrickResult> = gpu.read("brick_results", self.bricks.len());
+        let results: Vec<BrickResult> = gpu.read("brick_results", self.queued.bricks.len());
         let words = |r: &BrickResult| {
             assert_ne!(r.offset, NONE, "the payload is large enough");
             payload[r.offset as usize..(r.offset + r.words) as usize].to_vec()
@@ -176,7 +173,7 @@ fn compare(name: &str, gpu: &mut Gpu, bodies: &Bodies, model: HitModel) -> Tally
     println!(
         "{name}: {} bricks, {voxels} voxels, {lit} lit faces, {part_filled} part-filled; not the same bits: \
          {off_by_a_step}, of which borderline: {borderline}",
-        batch.bricks.len()
+        batch.positions.len()
     );
     tally
 }
