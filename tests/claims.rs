@@ -194,13 +194,13 @@ fn the_world_stays_in_its_budget() {
     }
 }
 
-/// The budget that the Cornell box at 65 mm does not fit into.
+/// The budget that the Cornell box at 6 cm does not fit into.
 const SMALL_BUDGET: u64 = 3 * MIB / 2;
 
-/// The Cornell box at 65 mm. The image is not what this is about: little light and few pixels save time.
+/// The Cornell box at 6 cm. The image is not what this is about: little light and few pixels save time.
 fn open_with_budget(memory_budget: u64, frames_in_flight: u32) -> Host {
     let settings =
-        Settings { voxel_size: 0.065, memory_budget, light_faces_per_frame: 64, bounce_rays: 0, ..Settings::default() };
+        Settings { voxel_size: 0.06, memory_budget, light_faces_per_frame: 64, bounce_rays: 0, ..Settings::default() };
     let options = HostOptions {
         size: Some([32, 32]),
         validation: true,
@@ -345,7 +345,7 @@ fn textures_that_come_late_stay_in_the_budget() {
 
 #[test]
 fn a_brick_of_many_triangles_counts_against_the_budget() {
-    // A heap of triangles, all in one brick of 52 cm in the middle of the room.
+    // A heap of triangles, all in one brick of 48 cm in the middle of the room.
     let mut state = 1u32;
     let mut random = || {
         state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);

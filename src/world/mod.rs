@@ -309,7 +309,7 @@ impl World {
         let wanted = demand.saturating_add(demand / 8).min(steady);
         // While they grow, the old pages stand beside the new ones.
         self.spare = u64::from(steady.saturating_sub(wanted).saturating_sub(capacity)) * PAGE_BYTES;
-        let small = (steady / 8).min(beside).max(FIRST_PAGES);
+        let small = (steady / 16).min(beside).max(FIRST_PAGES);
         if capacity > steady + self.memory.tolerance() && small < capacity {
             let kept = self.table.shrink(small);
             return self.memory.replace_bricks(scope, small, &kept);
@@ -330,7 +330,7 @@ impl World {
         if target > capacity + capacity / 8 {
             self.table.grow(target);
             self.memory.replace_bricks(scope, target, &[[0, 0, capacity]])
-        } else if capacity < steady / 4 * 3 && small < capacity {
+        } else if capacity < steady / 32 * 27 && small < capacity {
             let kept = self.table.shrink(small);
             self.memory.replace_bricks(scope, small, &kept)
         } else {
