@@ -383,8 +383,8 @@ fn a_brick_of_many_triangles_counts_against_the_budget() {
 fn voxelisation_keeps_to_its_time() {
     let settings = Settings { voxel_size: 0.1, voxelize_ms: 40.0, light_faces_per_frame: 64, ..Settings::default() };
     let limit = f64::from(settings.voxelize_ms);
-    let options = HostOptions { size: Some([32, 32]), settings, ..HostOptions::new(scene("stairs")) };
-    let mut host = Host::new(options).expect("a device");
+    let options = HostOptions { size: Some([32, 32]), validation: true, settings, ..HostOptions::new(scene("stairs")) };
+    let mut host = Host::new(options).expect("a device with the validation layer");
     let mut times = Vec::new();
     while times.len() < 30 {
         host.frame().expect("a frame");
@@ -393,6 +393,7 @@ fn voxelisation_keeps_to_its_time() {
         assert!(host.stats().bricks_missing > 100, "there is always more to do: {:?}", host.stats().bricks_missing);
     }
     println!("limit {limit} ms: {times:.1?}");
+    assert_eq!(host.validation_messages(), Vec::<String>::new());
     let mut settled = times.split_off(10);
     settled.sort_unstable_by(f64::total_cmp);
     let (median, ninth) = (settled[10], settled[17]);

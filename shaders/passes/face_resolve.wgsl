@@ -41,8 +41,8 @@ var<workgroup> start: u32;
 // Of a block's voxels: sides stored, and surfaces, six each.
 var<workgroup> stored: array<u32, 64>;
 var<workgroup> surfaces: array<vec2<u32>, 384>;
-// First voxel of a block with the same surfaces.
-var<workgroup> likes: array<u32, 64>;
+// Where a voxel's surfaces stand, if it is the first of its block to have them.
+var<workgroup> places: array<u32, 64>;
 
 fn voxel_count(total: u32) -> u32 { return total & 127u; }
 fn lit_count(total: u32) -> u32 { return (total >> 7u) & 511u; }
@@ -116,9 +116,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         if word != 0u { size = vec2<u32>(1u | (countOneBits(lit) << 7u), select(0u, countOneBits(word & 63u), like == thread)); }
         let place = sum_below(thread, size);
         let total = scan[63];
-        likes[thread] = place.y;
+        places[thread] = place.y;
         workgroupBarrier();
-        voxels[block] = Packed(word, place.x, likes[like] | select(0u, NEW, like == thread));
+        voxels[block] = Packed(word, place.x, places[like] | select(0u, NEW, like == thread));
         if thread == 0u { totals[block] = total.x | (total.y << 16u) | (atomicLoad(&emissive) << 31u); }
     }
     workgroupBarrier();

@@ -29,7 +29,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let weight = max(dot(normal, direction.xyz), 0.0) * direction.w / 64.0;
         let brought = vec4<f32>(rgb9e5_decode(ray.x) * weight, weight);
         all += brought;
-        if bitcast<f32>(ray.y) > PROBE_NEAR { far += brought; }
+        if bitcast<f32>(ray.y) > NEAR { far += brought; }
     }
     let share = far.w / all.w;
     probe_irradiance[id.x] = vec4<f32>(select(all.xyz, far.xyz / share, share > 0.1), select(1.0, share, share > 0.1));

@@ -39,7 +39,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     probe_rays[index * 64u + thread] = vec2<u32>(radiance, bitcast<u32>(hit.t));
 
     var own = 0.0;
-    if hit.t > PROBE_NEAR { own = luminance(rgb9e5_decode(radiance)) * local.z * local.w; }
+    if hit.t > NEAR { own = luminance(rgb9e5_decode(radiance)) * local.z * local.w; }
     brought[thread] = own;
     workgroupBarrier();
     if thread == 0u {

@@ -19,8 +19,6 @@ var<immediate> push: ViewPush;
 @res var<storage, read_write> history_out: array<u32>;
 @res var output_image: texture_storage_2d<rgba16float, write>;
 
-// Nearer than this (voxels) a pixel looks for itself: probes stand too far apart for contacts.
-const NEAR: f32 = 2.0;
 // How far (voxels) a pixel looks for what stands between it and what a probe sees.
 const GUIDED: f32 = 16.0;
 // Rays of a pixel for which no probe stands.
@@ -59,10 +57,8 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
         let open = far.sum / far.weight;
         let weight = clamp(far.weight, 0.002, 1.0);
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index));
-        let near = trace(start, direction, NEAR);
-        if near.kind == HIT && !is_seen_through(surface, surface.position + direction * (near.t * frame.voxel_size)) {
-            return vec4<f32>(PI * hit_radiance(near), weight);
-        }
+        let near = look(surface, start, direction, NEAR);
+        if near.kind == HIT { return vec4<f32>(PI * hit_radiance(near), weight); }
         let e = open.xyz - hidden(surface, start, open, probe_guides[far.guide]);
         return vec4<f32>(max(e, vec3<f32>(0.0)), weight);
     }
@@ -91,16 +87,23 @@ fn hidden(surface: Surface, start: Start, e: vec4<f32>, guide: vec4<f32>) -> vec
     var t = distance;
     var seen = vec3<f32>(0.0);
     if distance > NEAR {
-        let hit = trace(start, direction, min(GUIDED, 0.95 * distance - 1.0));
-        if hit.kind == MISS || is_seen_through(surface, surface.position + direction * (hit.t * frame.voxel_size)) {
-            return vec3<f32>(0.0);
-        }
+        let hit = look(surface, start, direction, min(GUIDED, 0.95 * distance - 1.0));
+        if hit.kind == MISS { return vec3<f32>(0.0); }
         t = hit.t;
         seen = min(hit_radiance(hit), 4.0 * radiance);
     }
     // What is very near the pixel sees for itself, and takes from the probes' mean.
     if t < NEAR { return radiance * (scale * e.w) - e.xyz * min(scale / PI, 2.0); }
     return (radiance - seen) * (scale * e.w);
+}
+
+// What a pixel sees within `reach` voxels; where the camera sees through it, nothing.
+fn look(surface: Surface, start: Start, direction: vec3<f32>, reach: f32) -> Hit {
+    var hit = trace(start, direction, reach);
+    if hit.kind == HIT && is_seen_through(surface, surface.position + direction * (hit.t * frame.voxel_size)) {
+        hit.kind = MISS;
+    }
+    return hit;
 }
 
 // Whether the camera sees that there is nothing at `hit` (camera-relative metres), in front of a pixel's surface: around

@@ -13,15 +13,15 @@ use crate::bricks::Grid;
 use crate::context::ResourceSize;
 use crate::error::{Error, Result};
 use crate::frame::Command;
-use crate::gpu::shared::{APRON_COUNT, BATCH_BRICKS, BrickResult, LightBrick, PAGE_WORDS, RECORD_WORDS};
+use crate::gpu::shared::{APRON_COUNT, BATCH_BRICKS, BLOCK_WORDS, BrickResult, LightBrick, PAGE_WORDS, RECORD_WORDS};
 use crate::gpu::{Bound, Buffer, Location, Replaced, Slot};
 use crate::settings::Settings;
 use ash::vk;
 use std::collections::HashMap;
 
 pub const PAGE_BYTES: u64 = PAGE_WORDS as u64 * 4;
-/// A brick with all faces of all voxels.
-const LARGEST_BRICK_BYTES: u64 = 4 * (1 + 8 * 4 + 512 + 3072 + 1536 + 2 * 3072 + 1536);
+/// A brick with all faces of all voxels, all different, emissive.
+const LARGEST_BRICK_BYTES: u64 = 4 * (1 + 8 * BLOCK_WORDS as u64 + 512 + 2 * 3072 + 2 * 3072);
 /// Of `voxel_records`, a brick.
 const RECORD_BYTES: u64 = 512 * RECORD_WORDS as u64 * 4;
 /// Of `voxel_items` or `voxel_states`, a brick.

@@ -1,32 +1,26 @@
 //! The shared world on the GPU: what a frame does to it.
 
+mod growth;
 mod memory;
+mod voxelization;
 
-use crate::bricks::{Batch, BrickTable, Finished, MAX_TRIANGLES, PrimitiveIndex, Viewpoint, WorldGrid};
+use crate::bricks::{BrickTable, Finished, PrimitiveIndex, Viewpoint, WorldGrid};
 use crate::context::ResourceSize;
 use crate::error::Result;
 use crate::frame::{Command, Frame};
 use crate::gpu::shared::{
     Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
-    PAGE_WORDS,
 };
 use crate::gpu::{Bound, Device, Replaced, Slot};
 use crate::passes;
-use crate::passes::bricks::Voxelization;
 use crate::scene::{Light, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
-use memory::{BricksLimit, Fixed, Memory, PAGE_BYTES};
+use memory::{Fixed, Memory};
 use std::collections::{HashMap, HashSet};
 
 /// Lighting sweeps a frame when the face budget allows: the more, the faster light travels.
 const SWEEPS_MAX: u32 = 4;
-/// Pages of a new `world_bricks`, before anything is known of the scene.
-const FIRST_PAGES: u32 = 8;
-/// Bricks voxelised in a frame to learn how long they take.
-const FIRST_BRICKS: usize = 16;
-/// One brick of so many is too few to tell what all of them take.
-const FEW: u32 = 32;
 
 /// What a frame is made with, and what it has come to so far.
 pub struct FrameScope<'a> {
@@ -277,158 +271,6 @@ impl World {
         Ok(())
     }
 
-    /// Makes the grid and the pages as large as what has arrived and what still waits asks for, within the budget.
-    ///
-    /// A larger `world_bricks` stands beside the old one until no frame in flight uses that. So what grows past the
-    /// middle of its share grows only once more, to all that fits beside it; what is then still too small for a world
-    /// that needs more, and what is too large since others need more, shrinks to the nearest bricks and grows anew.
-    fn fit_pages(&mut self, scope: &mut FrameScope, scene: &Scene, arriving: &[Finished]) -> Result<()> {
-        let fixed = self.fixed(scene);
-        let demand = self.table.demand(arriving);
-        let bricks = self.table.resident() + self.table.missing();
-        let mean_brick = u64::from(demand) * PAGE_BYTES / u64::from(bricks.max(1));
-        let BricksLimit { steady, .. } = self.memory.bricks_limit(scope, &fixed, mean_brick, self.table.resident());
-
-        let fitting = u64::from(bricks).min(u64::from(steady) * PAGE_BYTES / mean_brick.max(PAGE_BYTES)) as u32;
-        let entries = self.table.grid.entries_for(fitting);
-        let grown = (u64::from(self.table.grid.words()) + u64::from(entries)) * 4;
-        if entries > self.table.grid.capacity() && grown <= self.memory.room(scope) {
-            self.table.grid.grow(entries);
-        }
-        self.memory.fit_grid(scope, &self.table.grid)?;
-
-        let BricksLimit { steady, beside, momentary } =
-            self.memory.bricks_limit(scope, &fixed, mean_brick, self.table.resident());
-        let capacity = self.table.pages.capacity();
-        if capacity == 0 {
-            self.table.grow(FIRST_PAGES);
-            self.memory.replace_bricks(scope, FIRST_PAGES, &[])?;
-            return Ok(());
-        }
-        let lacking = capacity < self.table.pages_with(arriving) + arriving_slack(arriving) || self.table.is_full();
-        let wanted = demand.saturating_add(demand / 8).min(steady);
-        // While they grow, the old pages stand beside the new ones.
-        self.spare = u64::from(steady.saturating_sub(wanted).saturating_sub(capacity)) * PAGE_BYTES;
-        let small = (steady / 16).min(beside).max(FIRST_PAGES);
-        if capacity > steady + self.memory.tolerance() && small < capacity {
-            let kept = self.table.shrink(small);
-            return self.memory.replace_bricks(scope, small, &kept);
-        }
-        if !lacking || wanted <= capacity {
-            return Ok(());
-        }
-        // A few bricks say little of the others: what they ask for must leave room for the last step.
-        let first_step = if (self.table.resident() + arriving.len() as u32) * FEW < bricks {
-            (steady / FEW).max(self.table.pages_with(arriving) + arriving_slack(arriving))
-        } else {
-            u32::MAX
-        };
-        let target = if wanted > steady / 2 { beside } else { wanted.min(beside) }.min(first_step);
-        if target < wanted && momentary {
-            return Ok(());
-        }
-        if target > capacity + capacity / 8 {
-            self.table.grow(target);
-            self.memory.replace_bricks(scope, target, &[[0, 0, capacity]])
-        } else if capacity < steady / 32 * 27 && small < capacity {
-            let kept = self.table.shrink(small);
-            self.memory.replace_bricks(scope, small, &kept)
-        } else {
-            Ok(())
-        }
-    }
-
-    /// What voxelisation took in the slot's last frame: slower bricks count at once, faster ones by and by.
-    pub fn voxelized_in(&mut self, index: usize, ms: f64) {
-        let bricks = self.flights[index].bricks.len();
-        if bricks > 0 && ms > 0.0 {
-            let each = ms / bricks as f64;
-            self.brick_ms = each.max(0.75 * self.brick_ms + 0.25 * each);
-        }
-    }
-
-    /// Bricks to hand to the GPU in this frame. Where time is limited and nothing has been measured yet: a few.
-    fn bricks_per_frame(&self, scope: &FrameScope) -> usize {
-        let most = scope.settings.voxelize_bricks_per_frame as usize;
-        match f64::from(scope.settings.voxelize_ms) {
-            limit if limit == 0.0 || scope.device.timestamp_bits == 0 => most,
-            _ if self.brick_ms == 0.0 => most.min(FIRST_BRICKS),
-            limit => most.min((limit / self.brick_ms) as usize).max(1),
-        }
-    }
-
-    fn voxelize(&mut self, scope: &mut FrameScope, scene: &Scene, viewpoint: &Viewpoint) -> Result<()> {
-        let queue = self.table.next(self.bricks_per_frame(scope), viewpoint);
-        // Materials that wait for room get it when nothing is voxelised.
-        if queue.is_empty() || self.materials_wait {
-            self.release_scratch(scope);
-            return Ok(());
-        }
-        let expected = 1.125 * self.mean_words;
-        let (brick_bytes, upload_bytes) = ((4.0 * expected) as u64, self.mean_upload as u64);
-        let scratch = self.memory.scratch(scope, queue.len() as u32, [brick_bytes, upload_bytes], self.spare)?;
-        let Some(scratch) = scratch else { return Ok(()) };
-        let mut batch = Batch::default();
-        let mut payload = 0.0;
-        for (position, pages) in queue.into_iter().take(scratch.bricks) {
-            let before = batch.triangles.len();
-            let all = self.primitives.triangles(position, scene, &self.grid, &self.material_index, &mut batch);
-            payload += pages.map_or(expected, |p| (p * PAGE_WORDS) as f32);
-            let bytes = batch.bytes();
-            if batch.bricks.len() > 1 && (bytes > scratch.share || payload > scratch.payload_words as f32) {
-                batch.drop_last(before);
-                break;
-            }
-            if bytes > scratch.upload {
-                batch.drop_last(before);
-                if self.table.busy() || self.memory.is_momentary(scope) {
-                    break;
-                }
-                self.table.leave_out(position);
-                payload = 0.0;
-                continue;
-            }
-            if !all && !self.crowded {
-                self.crowded = true;
-                self.warnings.push(format!(
-                    "a brick at {} m has more than {MAX_TRIANGLES} triangles: the others are not looked at (told once)",
-                    self.grid.to_world(position.as_dvec3() * 8.0 + 4.0)
-                ));
-            }
-            self.table.start(position);
-            self.flights[scope.index].bricks.push(position);
-        }
-        if batch.bricks.is_empty() {
-            return Ok(());
-        }
-        self.idle = 0;
-        let upload = batch.bytes() as f32 / batch.bricks.len() as f32;
-        self.mean_upload = 0.5 * self.mean_upload + 0.5 * upload;
-        scope.frame.commands.push(Command::Clear("payload_used"));
-        let how = Voxelization {
-            batch: scratch.batch,
-            payload_words: scratch.payload_words,
-            emission_max: emission_max(scene),
-            hit_model: scope.settings.hit_model,
-        };
-        passes::bricks::voxelize(&mut scope.frame, &batch, &how);
-        Ok(())
-    }
-
-    /// Gives back what only voxelisation needs, once nothing has been voxelised for two rounds of slots.
-    fn release_scratch(&mut self, scope: &mut FrameScope) {
-        self.idle += 1;
-        let quiet = 2 * self.flights.len();
-        if self.table.busy() || self.idle <= quiet {
-            return;
-        }
-        self.memory.release_scratch(scope);
-        // All slots have given back theirs: bricks with too many triangles may fit now.
-        if self.idle == quiet + 1 + self.flights.len() {
-            self.table.retry_oversized();
-        }
-    }
-
     fn light(&mut self, scope: &mut FrameScope, scene: &Scene, camera: DVec3) -> Result<()> {
         let settings = scope.settings;
         let window = self.window_voxels();
@@ -529,11 +371,6 @@ impl World {
     pub fn destroy(&mut self, device: &Device) {
         self.memory.destroy(device);
     }
-}
-
-/// Pages that should be free beside what arrives: holes are not all of use.
-fn arriving_slack(arriving: &[Finished]) -> u32 {
-    arriving.iter().map(|f| f.result.words).sum::<u32>() / PAGE_WORDS / 8
 }
 
 /// Corners of an instance, voxels.

@@ -17,7 +17,7 @@ use crate::twin::resolve;
 use crate::twin::triangle::Triangle;
 use crate::twin::voxelize::Source;
 use glam::{DVec3, IVec3};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 const PAYLOAD_WORDS: u32 = 1 << 20;
 /// Runs of the twin with errors that decide whether a difference hangs on rounding.
@@ -182,9 +182,14 @@ fn compare(name: &str, gpu: &mut Gpu, bodies: &Bodies, model: HitModel) -> Tally
 fn assert_packed(brick: &Brick, words: &[u32], result: &BrickResult) {
     let (packed, lights) = encode(brick);
     assert_eq!(packed, words);
+    let surfaces: HashSet<_> = brick
+        .iter()
+        .map(|(cell, v)| ((*cell >> 2i32).to_array(), v.faces.map(|f| f.map(|f| (f.plane, f.mask, f.albedo)))))
+        .collect();
+    let surfaces: usize = surfaces.iter().map(|(_, faces)| faces.iter().flatten().count()).sum();
     assert_eq!(
-        (result.words as usize, result.faces as usize, (result.voxels_surfaces & 0xffff) as usize),
-        (words.len(), lights.len(), brick.len())
+        (result.words as usize, result.faces as usize, result.voxels_surfaces as usize),
+        (words.len(), lights.len(), brick.len() | surfaces << 16)
     );
 }
 
