@@ -286,6 +286,7 @@ impl Context {
             tile_size: self.settings.probe_tile,
             clear_depth: inputs.clear_depth,
             history_max: self.world.history_max(&self.settings),
+            loads: self.world.loads,
             pixel_rays: self.settings.pixel_rays,
         };
         let view = self.views.get_mut(&inputs.view.0).expect("found above");

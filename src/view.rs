@@ -20,6 +20,8 @@ pub struct View {
     pub buffers: Vec<Buffer>,
     pub camera: Option<Camera>,
     previous: Option<(Camera, UVec2)>,
+    /// The world's loads when it was.
+    loads: u32,
     /// Which history holds the latest frame.
     pub flipped: bool,
 }
@@ -29,7 +31,7 @@ impl View {
         let tiles = size.map(|s| s.div_ceil(tile));
         let (pixels, probes) = (u64::from(size.x) * u64::from(size.y), u64::from(tiles.x) * u64::from(tiles.y));
         let sizes = [pixels * 12, pixels * 12, probes * 32, probes * 512, probes * 16, probes * 144];
-        let mut view = Self { size, buffers: Vec::new(), camera: None, previous: None, flipped: false };
+        let mut view = Self { size, buffers: Vec::new(), camera: None, previous: None, loads: 0, flipped: false };
         for bytes in sizes {
             match Buffer::new(device, bytes, Location::Device) {
                 Ok(buffer) => view.buffers.push(buffer),
@@ -80,7 +82,7 @@ impl View {
             pixel_rays: frame.pixel_rays,
             ..ViewUniform::default()
         };
-        if let Some((previous, previous_size)) = self.previous {
+        if let Some((previous, previous_size)) = self.previous.filter(|_| self.loads == frame.loads) {
             let moved = DVec3::from(camera.position) - DVec3::from(previous.position);
             let to_previous = clip(&previous) * DMat4::from_translation(moved);
             uniform.previous_clip = to_previous.as_mat4().to_cols_array_2d();
@@ -89,6 +91,7 @@ impl View {
             uniform.history_valid = 1;
         }
         self.previous = Some((*camera, size));
+        self.loads = frame.loads;
         self.flipped = !self.flipped;
         uniform
     }
@@ -124,6 +127,8 @@ pub struct FrameShape {
     pub tile_size: u32,
     pub clear_depth: f32,
     pub history_max: u32,
+    /// The world's: what was averaged before the last of them does not count.
+    pub loads: u32,
     pub pixel_rays: u32,
 }
 

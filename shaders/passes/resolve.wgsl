@@ -21,6 +21,8 @@ var<immediate> push: ViewPush;
 
 // How far (voxels) a pixel looks for what stands between it and what a probe sees.
 const GUIDED: f32 = 16.0;
+// Frames averaged while the world or its lights are changing.
+const UNSTEADY: u32 = 8u;
 // Rays of a pixel for which no probe stands.
 const FALLBACK_RAYS: u32 = 4u;
 const PI: f32 = 3.14159265;
@@ -38,7 +40,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let now = gather(pixel, at, surface);
     let past = load_history(surface);
-    let weight = min(past.w, f32(view.history_max) - now.w);
+    // While the world is changing, what pixels trust little also leaves the average.
+    let kept = past.w * select(1.0, 1.0 - 1.0 / f32(view.history_max), view.history_max <= UNSTEADY);
+    let weight = min(kept, f32(view.history_max) - now.w);
     // Weights grow with time: light that is still settling leaves the average soon.
     let e = mix(past.xyz, now.xyz, 2.0 * now.w / (weight + 2.0 * now.w));
     let average = clamp(e, vec3<f32>(0.0), vec3<f32>(65000.0));

@@ -77,6 +77,8 @@ pub struct BrickTable {
     /// Memory has been freed, or the anchor has moved: `reach` may be too short.
     freed: bool,
     faces: u32,
+    /// New bricks since everything was there.
+    entered: u32,
     /// Frames so far.
     clock: u64,
     lighting: LightQueue,
@@ -106,6 +108,7 @@ impl BrickTable {
             reach: f64::INFINITY,
             freed: false,
             faces: 0,
+            entered: 0,
             clock: 0,
             lighting: LightQueue::default(),
             epoch: 0,
@@ -163,6 +166,14 @@ impl BrickTable {
     /// Bounds of the resident bricks, in bricks.
     pub fn bounds(&mut self) -> Option<(IVec3, IVec3)> {
         self.census().bounds
+    }
+
+    /// Whether what can be here is here, more than a quarter of it since the last time that this was so.
+    pub fn has_loaded(&mut self) -> bool {
+        if self.missing() > self.left_out() {
+            return false;
+        }
+        std::mem::take(&mut self.entered) * 4 > self.resident()
     }
 
     /// Pages that will be in use once these bricks have taken the places of their forerunners.
@@ -389,6 +400,7 @@ impl BrickTable {
                 self.wait(*position, (!dirty).then_some(pages));
                 continue;
             }
+            self.entered += u32::from(!self.resident.contains_key(position));
             let before = self.evict(*position);
             self.freed |= pages < before;
             if pages == 0 {

@@ -83,6 +83,8 @@ pub struct World {
     updates: u32,
     /// Bricks that have arrived of late.
     arriving: f64,
+    /// How often a large part of the world has been loaded: what views saw before, with holes in the world, is of no use.
+    pub loads: u32,
     /// Frames without voxelisation.
     idle: usize,
     /// Frames since a large part of the world, or its lights, changed.
@@ -114,6 +116,7 @@ impl World {
             mean_upload: 2048.0,
             brick_ms: 0.0,
             arriving: 0.0,
+            loads: 0,
             updates: 0,
             idle: 0,
             steady_frames: 0,
@@ -263,8 +266,11 @@ impl World {
         // What was lit in a world with holes must not linger.
         self.arriving = 0.75 * self.arriving + copies.len() as f64;
         if self.arriving * 20.0 > f64::from(self.table.resident()) {
-            self.steady_frames = 0;
-            self.table.invalidate_lighting();
+            self.lights_changed();
+        }
+        if !finished.is_empty() && self.table.has_loaded() {
+            self.loads += 1;
+            self.lights_changed();
         }
         let grid_writes = self.table.grid.take_writes();
         passes::bricks::commit(&mut scope.frame, &copies, &grid_writes);
