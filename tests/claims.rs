@@ -150,6 +150,26 @@ fn the_dark_room_stays_dark() {
     }
 }
 
+/// While walls are missing the sky shines in; once they are there it has never been.
+#[test]
+fn what_shone_in_through_missing_walls_is_forgotten() {
+    let mut closed = Scene::clone(&scene("two_rooms"));
+    closed.sky.radiance = [1.0; 3];
+    let settings = Settings { voxel_size: 0.25, voxelize_bricks_per_frame: 4, ..Settings::default() };
+    let mut host = open(&Arc::new(closed), "b", settings);
+    let mean = |image: Image| image.pixels.iter().map(|p| luminance(*p)).sum::<f64>() / image.pixels.len() as f64;
+    let mut most = 0.0f64;
+    let mut frames = 0;
+    while frames < 4 || host.stats().bricks_missing > 0 {
+        most = most.max(mean(run(&mut host, 1).0));
+        frames += 1;
+    }
+    let dark = mean(run(&mut host, 8).0);
+    println!("loaded in {frames} frames; mean {most:.4} at most, {dark:.4} eight frames later");
+    assert!(frames > 8 && most > 0.5, "the sky shone in for {frames} frames");
+    assert!(dark < 0.005 * most, "{dark:.4} of {most:.4} is left");
+}
+
 #[test]
 fn cornell_a_is_within_its_target() {
     assert_rel_mse(&*CORNELL_A, 0.05);

@@ -161,3 +161,24 @@ fn what_is_kept_of_a_shrunk_world_is_the_nearest() {
     assert!(table.resident.iter().all(|(b, r)| moves[&before[b]] == r.page && r.page + r.pages <= 2000));
     assert_eq!(table.resident() + table.missing(), bricks.len() as u32);
 }
+
+/// A world has loaded when everything that fits is there, and again only after a good part of it is new.
+#[test]
+fn a_world_loads_once() {
+    let (mut table, bricks) = table(4000);
+    let first = table.next(50, &Viewpoint::all_round(DVec3::ZERO));
+    voxelise(&mut table, &first);
+    assert!(!table.has_loaded(), "the rest is missing");
+    settle(&mut table, DVec3::ZERO);
+    assert!(table.has_loaded());
+    let near: Vec<IVec3> = bricks.iter().copied().filter(|b| b.as_dvec3().length() < 4.0).collect();
+    table.touch(&near);
+    settle(&mut table, DVec3::ZERO);
+    assert!(!table.has_loaded(), "what has changed was there before");
+    let elsewhere = DVec3::new(1600.0, 0.0, 0.0);
+    assert!(table.follow(elsewhere, None));
+    let entered: Vec<IVec3> = bricks.iter().map(|b| *b + IVec3::X * 200).filter(|b| table.covers(*b)).collect();
+    table.enter(entered.into_iter());
+    settle(&mut table, elsewhere);
+    assert!(table.has_loaded(), "another place");
+}
