@@ -4,8 +4,13 @@ use super::vulkan::Host;
 use crate::context::DeviceHandles;
 use crate::frame::Frame;
 use crate::gpu::shaders::{SHADERS, TEST_SHADERS};
-use crate::gpu::{Bound, Buffer, Device, Location, Pipelines, Player, Slot};
+use crate::gpu::{Bound, Buffer, Device, Location, Pipelines, Player, Replaced, Slot};
+use crate::scene::Scene;
+use crate::settings::Settings;
+use crate::world::{FrameScope, World};
 use ash::vk;
+use glam::{DMat4, DVec3};
+use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
 /// A device with the pipelines of some passes and buffers by name. Fails when dropped if the validation layer spoke.
@@ -53,10 +58,36 @@ impl Gpu {
 
     /// Records the list, submits it and waits.
     pub fn run(&mut self, frame: &Frame) {
-        let raw = &self.host.device;
         self.slot.recycle(&self.device).expect("recycled");
         let whole = |(name, b): (&&'static str, &Buffer)| (*name, Bound::Buffer(b.raw, 0, b.size));
         let bound = self.buffers.iter().map(whole).collect();
+        self.submit(frame, bound, FxHashMap::default(), u64::MAX);
+    }
+
+    /// The world's part of a frame seen from the origin: makes the list, runs it and returns it.
+    pub fn run_world(&mut self, world: &mut World, scene: &mut Scene, settings: &Settings, frame_index: u32) -> Frame {
+        self.slot.recycle(&self.device).expect("recycled");
+        let slots = std::slice::from_mut(&mut self.slot);
+        let mut scope = FrameScope::new(&self.device, settings, slots, 0, frame_index, Frame::default());
+        let limit = world.frame(&mut scope, scene, DVec3::ZERO, DMat4::IDENTITY).expect("a frame");
+        let frame = scope.frame;
+        self.submit(&frame, world.bindings(0), world.take_replaced(), limit);
+        frame
+    }
+
+    /// Frees what a world holds.
+    pub fn destroy_world(&self, world: &mut World) {
+        world.destroy(&self.device);
+    }
+
+    fn submit(
+        &mut self,
+        frame: &Frame,
+        bound: FxHashMap<&'static str, Bound>,
+        replaced: FxHashMap<&'static str, Replaced>,
+        upload_limit: u64,
+    ) {
+        let raw = &self.host.device;
         // SAFETY: ordinary recording and submission on this thread; the wait at the end frees everything for reuse.
         unsafe {
             raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::RELEASE_RESOURCES).expect("reset");
@@ -64,8 +95,8 @@ impl Gpu {
             let commands = raw.allocate_command_buffers(&info).expect("a command buffer");
             let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             raw.begin_command_buffer(commands[0], &begin).expect("recording");
-            let player = Player::new(&self.device, &self.pipelines, commands[0], bound, HashMap::new());
-            player.play(frame, &mut self.slot, u64::MAX).expect("a frame that can be played");
+            let player = Player::new(&self.device, &self.pipelines, commands[0], bound, replaced);
+            player.play(frame, &mut self.slot, upload_limit).expect("a frame that can be played");
             raw.end_command_buffer(commands[0]).expect("recorded");
             let queue = raw.get_device_queue(self.host.family, 0);
             let submit = [vk::SubmitInfo::default().command_buffers(&commands)];

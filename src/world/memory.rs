@@ -17,7 +17,7 @@ use crate::gpu::shared::{APRON_COUNT, BATCH_BRICKS, BLOCK_WORDS, BrickResult, Li
 use crate::gpu::{Bound, Buffer, Location, Replaced, Slot};
 use crate::settings::Settings;
 use ash::vk;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 pub const PAGE_BYTES: u64 = PAGE_WORDS as u64 * 4;
 /// A brick with all faces of all voxels, all different, emissive.
@@ -145,9 +145,9 @@ pub struct BricksLimit {
 /// The world's buffers.
 pub struct Memory {
     shares: Shares,
-    buffers: HashMap<&'static str, Buffer>,
+    buffers: FxHashMap<&'static str, Buffer>,
     frames: Vec<FrameBuffers>,
-    replaced: HashMap<&'static str, Replaced>,
+    replaced: FxHashMap<&'static str, Replaced>,
 }
 
 impl Memory {
@@ -155,9 +155,9 @@ impl Memory {
     pub fn new(settings: &Settings, frames_in_flight: usize, grid_bytes: u64) -> Result<Self> {
         let memory = Self {
             shares: Shares::new(settings, frames_in_flight),
-            buffers: HashMap::new(),
+            buffers: FxHashMap::default(),
             frames: (0..frames_in_flight).map(|_| FrameBuffers::default()).collect(),
-            replaced: HashMap::new(),
+            replaced: FxHashMap::default(),
         };
         memory.check(&Fixed { grid: grid_bytes, ..Fixed::default() })?;
         Ok(memory)
@@ -438,9 +438,9 @@ impl Memory {
     }
 
     /// What the passes' names stand for in this slot's frame.
-    pub fn bindings(&self, index: usize) -> HashMap<&'static str, Bound> {
+    pub fn bindings(&self, index: usize) -> FxHashMap<&'static str, Bound> {
         let whole = |b: &Buffer| Bound::Buffer(b.raw, 0, b.size);
-        let mut bound: HashMap<_, _> = self.buffers.iter().map(|(name, b)| (*name, whole(b))).collect();
+        let mut bound: FxHashMap<_, _> = self.buffers.iter().map(|(name, b)| (*name, whole(b))).collect();
         let frame = &self.frames[index];
         let own = [("brick_results", &frame.results), ("counters", &frame.counters), ("payload", &frame.payload)];
         bound.extend(frame.source.map(|(raw, size)| ("brick_source", Bound::Buffer(raw, 0, size))));
@@ -449,7 +449,7 @@ impl Memory {
     }
 
     /// Buffers that others have replaced since the last call.
-    pub fn take_replaced(&mut self) -> HashMap<&'static str, Replaced> {
+    pub fn take_replaced(&mut self) -> FxHashMap<&'static str, Replaced> {
         std::mem::take(&mut self.replaced)
     }
 

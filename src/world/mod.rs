@@ -4,7 +4,7 @@ mod growth;
 mod memory;
 mod voxelization;
 
-use crate::bricks::{BrickTable, Finished, PrimitiveIndex, Viewpoint, WorldGrid};
+use crate::bricks::{Batch, BrickTable, Finished, LightBudget, PrimitiveIndex, Viewpoint, WorldGrid};
 use crate::context::ResourceSize;
 use crate::error::Result;
 use crate::frame::{Command, Frame};
@@ -17,7 +17,7 @@ use crate::scene::{Light, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
 use memory::{Fixed, Memory};
-use std::collections::{HashMap, HashSet};
+use rustc_hash::FxHashMap;
 
 /// Lighting sweeps a frame when the face budget allows: the more, the faster light travels.
 const SWEEPS_MAX: u32 = 4;
@@ -38,14 +38,16 @@ pub struct FrameScope<'a> {
 }
 
 impl<'a> FrameScope<'a> {
+    /// `frame` is empty.
     pub fn new(
         device: &'a Device,
         settings: &'a Settings,
         slots: &'a mut [Slot],
         index: usize,
         frame_index: u32,
+        frame: Frame,
     ) -> Self {
-        Self { device, settings, slots, index, frame_index, upload_reserve: 0, frame: Frame::default() }
+        Self { device, settings, slots, index, frame_index, upload_reserve: 0, frame }
     }
 
     fn slot(&mut self) -> &mut Slot {
@@ -65,11 +67,11 @@ pub struct World {
     pub table: BrickTable,
     primitives: PrimitiveIndex,
     pub grid: WorldGrid,
-    /// Corners of everything that has ever been in the scene, voxels.
-    bounds: Option<(DVec3, DVec3)>,
     memory: Memory,
     flights: Vec<Flight>,
-    material_index: HashMap<u64, u32>,
+    /// The last frame's; kept for its memory.
+    batch: Batch,
+    material_index: FxHashMap<u64, u32>,
     /// Materials have changed, and there is no room for the new ones yet.
     materials_wait: bool,
     /// Mean words of the bricks seen so far.
@@ -107,9 +109,9 @@ impl World {
                 voxel_size: f64::from(settings.voxel_size),
                 offset: DVec3::from(settings.grid_offset.map(f64::from)),
             },
-            bounds: None,
             flights: vec![Flight::default(); frames_in_flight],
-            material_index: HashMap::new(),
+            batch: Batch::default(),
+            material_index: FxHashMap::default(),
             materials_wait: false,
             mean_words: 1024.0,
             spare: 0,
@@ -132,37 +134,23 @@ impl World {
     }
 
     /// Re-registers changed instances and queues the bricks that they left or touch.
-    pub fn instances_changed(&mut self, changed: &HashSet<u64>, scene: &Scene) {
-        let mut ids: Vec<u64> = changed.iter().copied().collect();
-        ids.sort_unstable();
-        for (low, high) in ids.iter().filter_map(|id| instance_bounds(*id, scene, &self.grid)) {
-            let (a, b) = self.bounds.unwrap_or((low, high));
-            self.bounds = Some((a.min(low), b.max(high)));
+    pub fn instances_changed(&mut self, changed: &[u64], scene: &Scene) {
+        let left = self.primitives.remove(changed);
+        self.table.touch(&left);
+        for id in changed.iter().filter(|id| scene.instances.contains_key(id)) {
+            let entered = self.primitives.insert(*id, scene, &self.grid);
+            self.table.touch(entered);
         }
-        // Without a window yet, the first camera brings everything in.
-        let Some(window) = self.table.window_bricks() else { return };
-        for id in ids {
-            let left = self.primitives.remove(id);
-            self.table.touch(&left);
-            let entered = self.primitives.insert(id, scene, &self.grid, window);
-            self.table.touch(&entered);
-            left.into_iter().filter(|b| !self.primitives.holds(*b)).for_each(|b| self.table.forget(b));
-        }
+        left.into_iter().filter(|b| !self.primitives.holds(*b)).for_each(|b| self.table.forget(b));
     }
 
     /// Follows the camera; a window that moved holds other triangles.
     fn follow(&mut self, eye: DVec3, scene: &Scene) {
-        if !self.table.follow(eye, self.bounds) {
-            return;
+        if self.table.follow(eye, self.primitives.bounds()) {
+            let window = self.table.window_bricks().expect("it has just moved");
+            self.primitives.follow(window, scene, &self.grid);
+            self.table.enter(self.primitives.bricks());
         }
-        let window = self.table.window_bricks().expect("it has just moved");
-        self.primitives.clear();
-        let mut ids: Vec<u64> = scene.instances.keys().copied().collect();
-        ids.sort_unstable();
-        for id in ids {
-            self.primitives.insert(id, scene, &self.grid, window);
-        }
-        self.table.enter(self.primitives.bricks());
     }
 
     /// Everything converges anew: the lights have changed.
@@ -174,6 +162,11 @@ impl World {
     /// Frames that a view's history may average: few while the world is changing.
     pub fn history_max(&self, settings: &Settings) -> u32 {
         settings.temporal_frames.min(self.steady_frames.max(8))
+    }
+
+    /// Bricks that the slot's last frame voxelises.
+    pub fn voxelizing(&self, index: usize) -> u32 {
+        self.flights[index].bricks.len() as u32
     }
 
     /// Rays that the slot's last frame traced.
@@ -202,8 +195,7 @@ impl World {
 
     /// What cannot be refused. Materials count twice while old ones stand in the way of new ones.
     fn fixed(&self, scene: &Scene) -> Fixed {
-        let texels: usize = scene.textures.values().map(|t| size_of_val(t.texels.as_slice())).sum();
-        let materials = (scene.materials.len() * size_of::<GpuMaterial>() + texels) as u64;
+        let materials = (scene.materials.len() * size_of::<GpuMaterial>()) as u64 + scene.texel_bytes;
         Fixed {
             grid: u64::from(self.table.grid.words()) * 4,
             materials: materials + if self.materials_wait { self.memory.materials_bytes() } else { 0 },
@@ -216,7 +208,7 @@ impl World {
             return Ok(());
         }
         let mut texels: Vec<u32> = Vec::new();
-        let mut places = HashMap::new();
+        let mut places = FxHashMap::default();
         let mut textures: Vec<_> = scene.textures.iter().collect();
         textures.sort_by_key(|t| t.0);
         for (id, texture) in textures {
@@ -292,7 +284,7 @@ impl World {
             bounds_min: relative(low),
             voxel_size: settings.voxel_size,
             bounds_max: relative(high),
-            emission_max: emission_max(scene),
+            emission_max: scene.emission_max(),
             sky: scene.sky.radiance,
             light_count: lights.len() as u32,
             seed_origin: (self.table.window() * 8).as_uvec3().to_array(),
@@ -307,8 +299,8 @@ impl World {
         let sweeps = (settings.light_faces_per_frame / total.max(1)).clamp(1, SWEEPS_MAX);
         let room = self.memory.fit_lighting(scope, total.min(settings.light_faces_per_frame))?;
         let budget = settings.light_faces_per_frame.min(room);
-        let bricks_max = self.memory.light_bricks(scope);
-        let (bricks, faces) = self.table.choose_for_light(budget, bricks_max, sweeps, camera);
+        let budget = LightBudget { faces: budget, bricks: self.memory.light_bricks(scope), sweeps };
+        let (bricks, faces) = self.table.choose_for_light(&budget, camera);
         if !bricks.is_empty() {
             passes::light::light(
                 &mut scope.frame,
@@ -359,12 +351,12 @@ impl World {
     }
 
     /// What the passes' names stand for in this slot's frame.
-    pub fn bindings(&self, index: usize) -> HashMap<&'static str, Bound> {
+    pub fn bindings(&self, index: usize) -> FxHashMap<&'static str, Bound> {
         self.memory.bindings(index)
     }
 
     /// Buffers that others have replaced since the last call.
-    pub fn take_replaced(&mut self) -> HashMap<&'static str, Replaced> {
+    pub fn take_replaced(&mut self) -> FxHashMap<&'static str, Replaced> {
         self.memory.take_replaced()
     }
 
@@ -377,16 +369,4 @@ impl World {
     pub fn destroy(&mut self, device: &Device) {
         self.memory.destroy(device);
     }
-}
-
-/// Corners of an instance, voxels.
-fn instance_bounds(id: u64, scene: &Scene, grid: &WorldGrid) -> Option<(DVec3, DVec3)> {
-    let instance = scene.instances.get(&id)?;
-    let place = |p: &Vec3| grid.to_voxels(instance.linear * p.as_dvec3() + instance.translation);
-    let corners = scene.meshes.get(&instance.mesh)?.positions.iter().map(|p| (place(p), place(p)));
-    corners.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-}
-
-fn emission_max(scene: &Scene) -> f32 {
-    scene.materials.values().map(|m| m.emission.max_element()).fold(1e-6, f32::max)
 }

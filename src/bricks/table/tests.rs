@@ -1,6 +1,7 @@
 //! Who gets memory, whose turn it is, and what the window holds.
 
 use super::*;
+use std::collections::HashMap;
 
 /// Pages of a brick, by its place; always the same.
 fn pages_of(brick: IVec3) -> u32 {
@@ -92,7 +93,8 @@ fn lighting_goes_round() {
         table.tick();
         // Lights that change in every frame.
         table.invalidate_lighting();
-        let (chosen, faces) = table.choose_for_light(budget, usize::MAX, 1, DVec3::ZERO);
+        let light = LightBudget { faces: budget, bricks: usize::MAX, sweeps: 1 };
+        let (chosen, faces) = table.choose_for_light(&light, DVec3::ZERO);
         assert_eq!((chosen.len() as u32, faces), (budget, budget));
         chosen.iter().for_each(|b| lit.entry(b.base).or_default().push(frame));
     }
@@ -130,6 +132,20 @@ fn the_memory_follows_the_camera() {
     assert!(!table.follow(far, None), "the window stays");
     assert!(settle(&mut table, far) > 0);
     assert_nearest(&table);
+}
+
+/// What is shown and has changed is redone, also if the window moves before its turn comes.
+#[test]
+fn a_moving_window_forgets_no_change() {
+    let (mut table, bricks) = table(40_000);
+    settle(&mut table, DVec3::ZERO);
+    let changed = IVec3::new(12, 0, 0);
+    table.touch(&[changed]);
+    let elsewhere = DVec3::new(100.0, 0.0, 0.0);
+    assert!(table.follow(elsewhere, None) && table.covers(changed));
+    table.enter(bricks.iter().copied().filter(|b| table.covers(*b)).collect::<Vec<_>>().into_iter());
+    let next = table.next(50, &Viewpoint::all_round(elsewhere / 8.0));
+    assert_eq!(next.iter().map(|n| n.0).collect::<Vec<_>>(), [changed]);
 }
 
 #[test]
