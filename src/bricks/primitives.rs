@@ -29,13 +29,13 @@ impl WorldGrid {
 /// Voxels around a brick that also decide about its faces.
 const REACH: f64 = 1.02;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 struct Primitive {
     instance: u64,
     triangle: u32,
 }
 
-/// The per-brick primitive lists.
+/// The per-brick primitive lists, in order: which of two equal surfaces wins does not depend on which came first.
 #[derive(Default)]
 pub struct PrimitiveIndex {
     bricks: HashMap<IVec3, Vec<Primitive>>,
@@ -62,7 +62,7 @@ impl PrimitiveIndex {
     pub fn insert(&mut self, id: u64, scene: &Scene, grid: &WorldGrid, window: (IVec3, IVec3)) -> Vec<IVec3> {
         let Some(instance) = scene.instances.get(&id) else { return Vec::new() };
         let Some(mesh) = scene.meshes.get(&instance.mesh) else { return Vec::new() };
-        let mut touched = HashSet::new();
+        let (mut touched, mut unsorted) = (HashSet::new(), Vec::new());
         for triangle in 0..mesh.triangles.len() as u32 {
             let corners = voxel_corners(scene, instance, triangle, grid);
             let low = corners[0].min(corners[1]).min(corners[2]) - REACH;
@@ -75,12 +75,19 @@ impl PrimitiveIndex {
                         let brick = IVec3::new(x, y, z);
                         let center = brick.as_dvec3() * 8.0 + 4.0;
                         if overlaps_cube(corners.map(|c| (c - center).as_vec3()), (4.0 + REACH) as f32) {
-                            self.bricks.entry(brick).or_default().push(Primitive { instance: id, triangle });
+                            let list = self.bricks.entry(brick).or_default();
+                            if list.last().is_some_and(|last| last.instance > id) {
+                                unsorted.push(brick);
+                            }
+                            list.push(Primitive { instance: id, triangle });
                             touched.insert(brick);
                         }
                     }
                 }
             }
+        }
+        for brick in unsorted {
+            self.bricks.entry(brick).and_modify(|list| list.sort());
         }
         let touched: Vec<IVec3> = touched.into_iter().collect();
         self.touched.insert(id, touched.clone());
@@ -101,6 +108,13 @@ impl PrimitiveIndex {
     /// Bricks that hold triangles.
     pub fn bricks(&self) -> impl Iterator<Item = IVec3> {
         self.bricks.keys().copied()
+    }
+
+    /// Instance and triangle of what each brick holds.
+    #[cfg(test)]
+    pub fn lists(&self) -> HashMap<IVec3, Vec<(u64, u32)>> {
+        let list = |list: &Vec<Primitive>| list.iter().map(|p| (p.instance, p.triangle)).collect();
+        self.bricks.iter().map(|(brick, primitives)| (*brick, list(primitives))).collect()
     }
 
     /// Lists a brick's triangles in `batch`. False if there are more than [`MAX_TRIANGLES`].

@@ -255,7 +255,12 @@ impl BrickTable {
         for brick in leaving {
             self.evict(brick);
         }
-        self.waiting.clear();
+        // While these are outside nobody tells that they change.
+        let outside: Vec<IVec3> = self.in_flight.iter().copied().filter(|b| !self.covers(*b)).collect();
+        self.dirty.extend(outside);
+        // What is resident and has changed is still to be redone.
+        let resident = &self.resident;
+        self.waiting.retain(|b, _| resident.contains_key(b));
         self.oversized.clear();
         self.freed = true;
         self.changed();
@@ -305,9 +310,11 @@ impl BrickTable {
         self.waiting.entry(brick).or_insert(Waiting { since, pages }).pages = pages;
     }
 
-    /// A brick has lost all its triangles: unless it must still be seen to vanish, there is nothing to wait for.
+    /// A brick has lost all its triangles: unless it must still be seen to vanish, there is nothing to wait for, nor to
+    /// keep.
     pub fn forget(&mut self, brick: IVec3) {
-        if !self.resident.contains_key(&brick) {
+        if self.resident.get(&brick).is_none_or(|b| b.pages == 0) {
+            self.resident.remove(&brick);
             self.waiting.remove(&brick);
             self.changed();
         }
@@ -462,10 +469,12 @@ impl BrickTable {
         }
     }
 
-    /// A brick that has lost its place: what it waits for already counts for more.
+    /// A brick that has lost its place: what it waits for already counts for more, and what is under way will come.
     fn wait_again(&mut self, brick: IVec3, pages: u32) {
         let since = self.clock;
-        self.waiting.entry(brick).or_insert(Waiting { since, pages: Some(pages) });
+        if !self.in_flight.contains(&brick) {
+            self.waiting.entry(brick).or_insert(Waiting { since, pages: Some(pages) });
+        }
     }
 
     /// Resident bricks that take pages, nearest to the anchor first.
@@ -528,9 +537,10 @@ impl BrickTable {
             if brick.epoch != self.epoch {
                 (brick.epoch, brick.updates) = (self.epoch, 0);
             }
-            let p = (position - window).as_uvec3();
+            let (p, base) = ((position - window).as_uvec3(), brick.page * PAGE_WORDS);
+            debug_assert_eq!(self.grid.find(position), Some(base), "what is lit is what rays find");
             chosen.push(LightBrick {
-                base: brick.page * PAGE_WORDS,
+                base,
                 position: p.x | p.y << 10 | p.z << 20,
                 first_face: faces,
                 alpha: alpha(brick.updates),
@@ -560,5 +570,7 @@ fn alpha(updates: u32) -> f32 {
     1.0 / (1.0 + (updates.min(768).saturating_sub(24) as f32) / 24.0)
 }
 
+#[cfg(test)]
+mod histories;
 #[cfg(test)]
 mod tests;

@@ -263,6 +263,7 @@ impl World {
         self.fit_pages(scope, scene, &finished)?;
         self.table.share_out();
         let copies = self.table.finish(&finished);
+        finished.iter().filter(|f| !self.primitives.holds(f.position)).for_each(|f| self.table.forget(f.position));
         // What was lit in a world with holes must not linger.
         self.arriving = 0.75 * self.arriving + copies.len() as f64;
         if self.arriving * 20.0 > f64::from(self.table.resident()) {
@@ -390,3 +391,6 @@ fn instance_bounds(id: u64, scene: &Scene, grid: &WorldGrid) -> Option<(DVec3, D
 fn emission_max(scene: &Scene) -> f32 {
     scene.materials.values().map(|m| m.emission.max_element()).fold(1e-6, f32::max)
 }
+
+#[cfg(test)]
+mod histories;
