@@ -48,7 +48,7 @@ impl Row {
         self.cpu_ms = stats.cpu_ms;
     }
 
-    /// Takes over the GPU's times, which arrive some frames later.
+    /// Completes the row by the GPU's times, which arrive some frames later.
     pub fn set_gpu_times(&mut self, stats: &Stats) {
         self.gpu_ms = stats.frame_ms;
         for pass in &stats.passes {
@@ -61,5 +61,14 @@ impl Row {
             };
             *group += pass.ms;
         }
+        self.round();
+    }
+
+    /// To six decimals: what is beyond is binary fractions written out.
+    fn round(&mut self) {
+        let times = [&mut self.time_s, &mut self.gpu_ms, &mut self.voxelize_ms, &mut self.commit_ms];
+        let more = [&mut self.lighting_ms, &mut self.gather_ms, &mut self.update_ms, &mut self.cpu_ms];
+        let rest = [&mut self.camera_x, &mut self.camera_y, &mut self.camera_z, &mut self.mean_indirect];
+        times.into_iter().chain(more).chain(rest).for_each(|value| *value = (*value * 1e6).round() / 1e6);
     }
 }
