@@ -91,6 +91,20 @@ impl Grid {
         (index as usize, child.x | child.y << 2 | child.z << 4)
     }
 
+    /// A brick's first word, as the GPU finds it.
+    pub fn find(&self, brick: IVec3) -> Option<u32> {
+        let (index, bit) = self.place(brick);
+        let group = self.groups[index];
+        let rank = (group.mask & ((1u64 << bit) - 1)).count_ones();
+        (group.mask >> bit & 1 == 1).then(|| self.entries[(group.entries * Self::ENTRY_UNIT + rank) as usize])
+    }
+
+    /// Whether nothing is entered and no entry is taken.
+    #[cfg(test)]
+    pub fn is_empty(&self) -> bool {
+        self.space.used() == 0 && self.groups.iter().all(|group| group.mask == 0)
+    }
+
     /// Enters a brick's first word, or replaces it. False, and nothing changed, where there is no room for an entry.
     pub fn insert(&mut self, brick: IVec3, word: u32) -> bool {
         let (index, bit) = self.place(brick);

@@ -60,12 +60,13 @@ impl BrickWindow {
         self.low + self.size - 1
     }
 
-    fn holds(&self, brick: IVec3) -> bool {
+    pub fn holds(&self, brick: IVec3) -> bool {
         brick.cmpge(self.low).all() && brick.cmple(self.last()).all()
     }
 }
 
-/// The per-brick primitive lists, of the window's bricks alone: this bounds work and memory.
+/// The per-brick primitive lists, of the window's bricks alone: this bounds work and memory. They are in order of ids and
+/// triangles: which of two equal surfaces wins does not depend on which came first.
 #[derive(Default)]
 pub struct PrimitiveIndex {
     window: Option<BrickWindow>,
@@ -75,7 +76,7 @@ pub struct PrimitiveIndex {
     /// Index into `placed` by id.
     index: FxHashMap<u64, u32>,
     /// Corners of everything that has ever been entered, voxels.
-    bounds: Option<(DVec3, DVec3)>,
+    pub bounds: Option<(DVec3, DVec3)>,
     /// An instance's vertices, voxels; kept for its memory.
     vertices: Vec<DVec3>,
 }
@@ -139,55 +140,36 @@ impl PrimitiveIndex {
     /// Enters an instance's triangles in the window's bricks that are not in `known`.
     fn register(&mut self, index: u32, known: Option<BrickWindow>, scene: &Scene, grid: &WorldGrid) {
         let Self { window, bricks, placed, bounds, vertices, .. } = self;
-        let placed = &mut placed[index as usize];
-        let Some(instance) = scene.instances.get(&placed.id) else { return };
+        let own = &mut placed[index as usize];
+        let Some(instance) = scene.instances.get(&own.id) else { return };
         let Some(mesh) = scene.meshes.get(&instance.mesh).filter(|m| !m.positions.is_empty()) else { return };
         vertices.clear();
         vertices.extend(mesh.positions.iter().map(|p| place(*p, instance, grid)));
         let corners = vertices.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |b, v| (b.0.min(*v), b.1.max(*v)));
         let (low, high) = bounds.unwrap_or(corners);
         *bounds = Some((low.min(corners.0), high.max(corners.1)));
-        let brick_of = |p: DVec3| (p / 8.0).floor().as_ivec3();
-        (placed.first, placed.last) = (brick_of(corners.0 - REACH), brick_of(corners.1 + REACH));
+        (own.first, own.last) = (brick_of(corners.0 - REACH), brick_of(corners.1 + REACH));
         let Some(window) = *window else { return };
+        let (id, mut entered, mut unsorted) = (own.id, std::mem::take(&mut own.bricks), Vec::new());
+        let id_of = |p: &Primitive| placed[p.instance as usize].id;
         for (triangle, corners) in (0..).zip(&mesh.triangles) {
             let corners = corners.map(|i| vertices[i as usize]);
-            let low = corners[0].min(corners[1]).min(corners[2]) - REACH;
-            let high = corners[0].max(corners[1]).max(corners[2]) + REACH;
-            let (first, last) = (brick_of(low), brick_of(high));
-            let mut enter = |brick: IVec3| {
+            bricks_near(corners, &window, |brick| {
+                if known.is_some_and(|w| w.holds(brick)) {
+                    return;
+                }
                 let list = bricks.entry(brick).or_default();
-                // An instance's triangles stand together.
                 if list.last().is_none_or(|p| p.instance != index) {
-                    placed.bricks.push(brick);
+                    entered.push(brick);
+                    unsorted.extend(list.last().filter(|p| id_of(p) > id).map(|_| brick));
                 }
                 list.push(Primitive { instance: index, triangle });
-            };
-            let is_new = |brick: IVec3| known.is_none_or(|w| !w.holds(brick));
-            if first == last {
-                if window.holds(first) && is_new(first) {
-                    enter(first);
-                }
-                continue;
-            }
-            let test = CubeTest::new(corners, 4.0 + REACH);
-            let (first, last) = (first.max(window.low), last.min(window.last()));
-            for z in first.z..=last.z {
-                for y in first.y..=last.y {
-                    for x in first.x..=last.x {
-                        let brick = IVec3::new(x, y, z);
-                        if is_new(brick) && test.meets(brick.as_dvec3() * 8.0 + 4.0) {
-                            enter(brick);
-                        }
-                    }
-                }
-            }
+            });
         }
-    }
-
-    /// Corners of everything that has ever been entered, voxels.
-    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        self.bounds
+        for brick in unsorted {
+            bricks.entry(brick).and_modify(|list| list.sort_by_key(|p| (id_of(p), p.triangle)));
+        }
+        self.placed[index as usize].bricks = entered;
     }
 
     /// Whether a brick holds triangles.
@@ -198,6 +180,13 @@ impl PrimitiveIndex {
     /// Bricks that hold triangles.
     pub fn bricks(&self) -> impl Iterator<Item = IVec3> {
         self.bricks.keys().copied()
+    }
+
+    /// Instance and triangle of what each brick holds.
+    #[cfg(test)]
+    pub fn lists(&self) -> FxHashMap<IVec3, Vec<(u64, u32)>> {
+        let pair = |p: &Primitive| (self.placed[p.instance as usize].id, p.triangle);
+        self.bricks.iter().map(|(brick, list)| (*brick, list.iter().map(pair).collect())).collect()
     }
 
     /// Lists a brick's triangles in `batch`. False if there are more than [`MAX_TRIANGLES`].
@@ -334,6 +323,35 @@ fn triangle_uvs(mesh: &Mesh, triangle: u32) -> [f32; 6] {
     let base = a.min(b).min(c).floor();
     let [a, b, c] = [a, b, c].map(|v| v - base);
     [a.x, a.y, b.x, b.y, c.x, c.y]
+}
+
+fn brick_of(p: DVec3) -> IVec3 {
+    (p / 8.0).floor().as_ivec3()
+}
+
+/// Calls `enter` with each brick of the window that a triangle touches or nearly touches; corners in voxels.
+fn bricks_near(corners: [DVec3; 3], window: &BrickWindow, mut enter: impl FnMut(IVec3)) {
+    let low = corners[0].min(corners[1]).min(corners[2]) - REACH;
+    let high = corners[0].max(corners[1]).max(corners[2]) + REACH;
+    let (first, last) = (brick_of(low), brick_of(high));
+    if first == last {
+        if window.holds(first) {
+            enter(first);
+        }
+        return;
+    }
+    let test = CubeTest::new(corners, 4.0 + REACH);
+    let (first, last) = (first.max(window.low), last.min(window.last()));
+    for z in first.z..=last.z {
+        for y in first.y..=last.y {
+            for x in first.x..=last.x {
+                let brick = IVec3::new(x, y, z);
+                if test.meets(brick.as_dvec3() * 8.0 + 4.0) {
+                    enter(brick);
+                }
+            }
+        }
+    }
 }
 
 /// Separating axes of a triangle and cubes of one size (Akenine-Moller 2001), but for the cube's own: those the

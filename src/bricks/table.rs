@@ -245,8 +245,11 @@ impl BrickTable {
         for brick in leaving {
             self.evict(brick);
         }
-        // What is shown and has changed is still to be redone; the rest enters anew.
-        self.waiting.retain(|brick, _| self.resident.contains_key(brick));
+        // While these are outside nobody tells that they change.
+        let outside: Vec<IVec3> = self.in_flight.iter().copied().filter(|b| !self.covers(*b)).collect();
+        self.dirty.extend(outside);
+        // What is resident and has changed is still to be redone.
+        self.waiting.retain(|b, _| self.resident.contains_key(b));
         self.oversized.clear();
         self.freed = true;
         self.changed();
@@ -296,9 +299,11 @@ impl BrickTable {
         self.waiting.entry(brick).or_insert(Waiting { since, pages }).pages = pages;
     }
 
-    /// A brick has lost all its triangles: unless it must still be seen to vanish, there is nothing to wait for.
+    /// A brick has lost all its triangles: unless it must still be seen to vanish, there is nothing to wait for, nor to
+    /// keep.
     pub fn forget(&mut self, brick: IVec3) {
-        if !self.resident.contains_key(&brick) {
+        if self.resident.get(&brick).is_none_or(|b| b.pages == 0) {
+            self.resident.remove(&brick);
             self.waiting.remove(&brick);
             self.changed();
         }
@@ -455,10 +460,12 @@ impl BrickTable {
         }
     }
 
-    /// A brick that has lost its place: what it waits for already counts for more.
+    /// A brick that has lost its place: what it waits for already counts for more, and what is under way will come.
     fn wait_again(&mut self, brick: IVec3, pages: u32) {
         let since = self.clock;
-        self.waiting.entry(brick).or_insert(Waiting { since, pages: Some(pages) });
+        if !self.in_flight.contains(&brick) {
+            self.waiting.entry(brick).or_insert(Waiting { since, pages: Some(pages) });
+        }
     }
 
     /// Resident bricks that take pages, nearest to the anchor first.
@@ -505,7 +512,13 @@ impl BrickTable {
 
     /// Chooses bricks for lighting, those that are due first. Returns them with the number of their faces.
     pub fn choose_for_light(&mut self, budget: &LightBudget, camera: DVec3) -> (Vec<LightBrick>, u32) {
-        self.lighting.choose(budget, self.clock, self.window(), camera)
+        let window = self.window();
+        let (chosen, faces) = self.lighting.choose(budget, self.clock, window, camera);
+        debug_assert!(chosen.iter().all(|brick| {
+            let place = UVec3::new(brick.position, brick.position >> 10, brick.position >> 20) & 1023;
+            self.grid.find(window + place.as_ivec3()) == Some(brick.base)
+        }));
+        (chosen, faces)
     }
 
     /// Forgets what lighting has settled: everything converges anew.
@@ -535,5 +548,7 @@ fn first_beyond(mut bricks: &mut [(f64, u32)], pages: u32) -> f64 {
     f64::INFINITY
 }
 
+#[cfg(test)]
+mod histories;
 #[cfg(test)]
 mod tests;

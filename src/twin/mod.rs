@@ -4,17 +4,17 @@
 //! the end. `pack`, `layout` and `world` read and write the data; `trace`, `voxelize` and `resolve` compute it;
 //! `gpu` runs the shaders with the validation layer on.
 
-mod gpu;
-mod layout;
+pub mod gpu;
+pub mod layout;
 mod pack;
-mod random;
+pub mod random;
 mod resolve;
 mod surface;
 mod tests;
 mod trace;
 mod triangle;
 mod voxelize;
-mod world;
+pub mod world;
 
 /// Rust twins of what only the test shaders declare.
 mod shared {

@@ -146,7 +146,7 @@ impl World {
 
     /// Follows the camera; a window that moved holds other triangles.
     fn follow(&mut self, eye: DVec3, scene: &Scene) {
-        if self.table.follow(eye, self.primitives.bounds()) {
+        if self.table.follow(eye, self.primitives.bounds) {
             let window = self.table.window_bricks().expect("it has just moved");
             self.primitives.follow(window, scene, &self.grid);
             self.table.enter(self.primitives.bricks());
@@ -255,6 +255,7 @@ impl World {
         self.fit_pages(scope, scene, &finished)?;
         self.table.share_out();
         let copies = self.table.finish(&finished);
+        finished.iter().filter(|f| !self.primitives.holds(f.position)).for_each(|f| self.table.forget(f.position));
         // What was lit in a world with holes must not linger.
         self.arriving = 0.75 * self.arriving + copies.len() as f64;
         if self.arriving * 20.0 > f64::from(self.table.resident()) {
@@ -370,3 +371,6 @@ impl World {
         self.memory.destroy(device);
     }
 }
+
+#[cfg(test)]
+mod histories;

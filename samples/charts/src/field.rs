@@ -107,6 +107,7 @@ fn stage() -> Scene {
         meshes: vec![scene::Mesh { positions, uvs: Vec::new(), indices }],
         materials: vec![scene::Material { base_color: [0.5; 3], emission: [0.0; 3], texture: None }],
         instances: vec![scene::Instance {
+            name: String::new(),
             mesh: 0,
             material: 0,
             linear: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],

@@ -1,10 +1,12 @@
 //! What a frame records while nothing changes.
 
 use crate::frame::{Command, Frame};
+use crate::gpu::Slot;
 use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, Scene};
 use crate::settings::Settings;
 use crate::twin::gpu::Gpu;
-use crate::world::World;
+use crate::world::{FrameScope, World};
+use glam::{DMat4, DVec3};
 
 const BRICK_PASSES: [&str; 5] = ["brick_commit", "grid_update", "voxel_mark", "voxelize", "face_resolve"];
 const LIGHT_PASSES: [&str; 4] = ["face_compact", "light_direct", "light_bounce", "light_store"];
@@ -32,8 +34,9 @@ fn place(world: &mut World, scene: &mut Scene, height: f64) {
 
 #[test]
 fn a_world_in_which_nothing_changes_records_no_brick_pass() {
-    let mut gpu = Gpu::new(&[&BRICK_PASSES[..], &LIGHT_PASSES].concat());
+    let gpu = Gpu::new(&[&BRICK_PASSES[..], &LIGHT_PASSES].concat());
     let settings = Settings { coverage_groups: [2, 2, 2], ..Settings::default() };
+    let mut slots = [Slot::new(&gpu.device).expect("a slot")];
     let mut world = World::new(&settings, 1).expect("a world");
     let mut scene = Scene::default();
     let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0]];
@@ -48,7 +51,12 @@ fn a_world_in_which_nothing_changes_records_no_brick_pass() {
         place(&mut world, &mut scene, height);
         let mut run = || {
             frames += 1;
-            gpu.run_world(&mut world, &mut scene, &settings, frames)
+            slots[0].recycle(&gpu.device).expect("recycled");
+            let mut scope = FrameScope::new(&gpu.device, &settings, &mut slots, 0, frames, Frame::default());
+            world.frame(&mut scope, &mut scene, DVec3::ZERO, DMat4::IDENTITY).expect("a frame");
+            let frame = scope.frame;
+            gpu.play(&frame, world.bindings(0), world.take_replaced(), &mut slots[0]);
+            frame
         };
         let at_once = run();
         assert_eq!(records_bricks(&at_once), moves, "what has moved is redone, what has not is left alone");
@@ -60,5 +68,6 @@ fn a_world_in_which_nothing_changes_records_no_brick_pass() {
         assert!(quiet[1..].iter().all(|name| LIGHT_PASSES.contains(name)), "{quiet:?}");
     }
     assert!(world.table.faces() > 0 && world.table.missing() == 0);
-    gpu.destroy_world(&mut world);
+    world.destroy(&gpu.device);
+    slots[0].destroy(&gpu.device);
 }
