@@ -511,7 +511,7 @@ impl BrickTable {
     }
 
     /// Chooses bricks for lighting, those that are due first. Returns them with the number of their faces.
-    pub fn choose_for_light(&mut self, budget: &LightBudget, camera: DVec3) -> (Vec<LightBrick>, u32) {
+    pub fn choose_for_light(&mut self, budget: &LightBudget, camera: DVec3) -> (&[LightBrick], u32) {
         let window = self.window();
         let (chosen, faces) = self.lighting.choose(budget, self.clock, window, camera);
         debug_assert!(chosen.iter().all(|brick| {

@@ -11,7 +11,7 @@ use crate::frame::{Command, Frame};
 use crate::gpu::shared::{
     Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
 };
-use crate::gpu::{Bound, Device, Replaced, Slot};
+use crate::gpu::{Device, Player, Slot};
 use crate::passes;
 use crate::scene::{Light, Scene};
 use crate::settings::Settings;
@@ -305,7 +305,7 @@ impl World {
         if !bricks.is_empty() {
             passes::light::light(
                 &mut scope.frame,
-                &bricks,
+                bricks,
                 faces,
                 sweeps,
                 self.updates,
@@ -351,19 +351,14 @@ impl World {
         }
     }
 
-    /// What the passes' names stand for in this slot's frame.
-    pub fn bindings(&self, index: usize) -> FxHashMap<&'static str, Bound> {
-        self.memory.bindings(index)
+    /// Says what the passes' names stand for in this slot's frame, and which buffers others have replaced since the last.
+    pub fn bind(&mut self, index: usize, player: &mut Player) {
+        self.memory.bind(index, player);
     }
 
-    /// Buffers that others have replaced since the last call.
-    pub fn take_replaced(&mut self) -> FxHashMap<&'static str, Replaced> {
-        self.memory.take_replaced()
-    }
-
-    /// Names and bytes of everything that counts against the budget.
-    pub fn resources(&self, slots: &[Slot]) -> Vec<ResourceSize> {
-        self.memory.resources(slots)
+    /// Adds names and bytes of everything that counts against the budget.
+    pub fn list(&self, slots: &[Slot], sizes: &mut Vec<ResourceSize>) {
+        self.memory.list(slots, sizes);
     }
 
     /// The GPU must have finished with it.
