@@ -118,6 +118,8 @@ pub struct Stats {
     pub bricks: u32,
     /// Bricks that should be resident and are not (waiting, or no memory).
     pub bricks_missing: u32,
+    /// Those of the missing bricks that are in view and nearer than 128 voxels, but for what is left out.
+    pub bricks_missing_in_view: u32,
     /// Those of the missing bricks that are left out because the world does not fit into its memory budget.
     pub bricks_left_out: u32,
     /// Bricks that the latest `dispatch` call voxelises.
@@ -341,6 +343,7 @@ impl Context {
         stats.resources.extend(self.views.values().flat_map(View::sizes));
         stats.bricks = self.world.table.resident();
         stats.bricks_missing = self.world.table.missing();
+        stats.bricks_missing_in_view = self.world.missing_in_view;
         stats.bricks_left_out = self.world.table.left_out();
         stats.faces = self.world.table.faces();
         stats.pages = self.world.table.pages.used();

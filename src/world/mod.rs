@@ -87,6 +87,8 @@ pub struct World {
     arriving: f64,
     /// How often a large part of the world has been loaded: what views saw before, with holes in the world, is of no use.
     pub loads: u32,
+    /// Bricks near and in view that the last frame has to do without.
+    pub missing_in_view: u32,
     /// Frames without voxelisation.
     idle: usize,
     /// Frames since a large part of the world, or its lights, changed.
@@ -120,6 +122,7 @@ impl World {
             arriving: 0.0,
             loads: 0,
             updates: 0,
+            missing_in_view: 0,
             idle: 0,
             steady_frames: 0,
             incomplete: false,
@@ -187,7 +190,9 @@ impl World {
         scope.frame.commands.push(Command::Clear("counters"));
         self.upload_materials(scope, scene)?;
         self.commit(scope, scene)?;
-        self.voxelize(scope, scene, &Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size))?;
+        let viewpoint = Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size);
+        self.voxelize(scope, scene, &viewpoint)?;
+        self.missing_in_view = self.table.missing_in_view(&viewpoint);
         self.light(scope, scene, eye / 8.0)?;
         self.tell(scope.settings);
         self.memory.finish(scope)
