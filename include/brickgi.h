@@ -196,7 +196,7 @@ typedef struct BgiTexture {
     uint32_t width;
     /// Rows, 1 to 16384.
     uint32_t height;
-    /// width * height * 4 bytes, RGBA, rows from the top; colour sRGB-encoded, alpha ignored. Copied.
+    /// width * height * 4 bytes, RGBA, rows from the top; colour sRGB-encoded, alpha linear. Copied.
     const uint8_t *rgba8;
 } BgiTexture;
 
@@ -216,6 +216,10 @@ typedef struct BgiMaterial {
     uint32_t hasBaseColorTexture;
     /// Id of a texture of this or an earlier update.
     uint64_t baseColorTexture;
+    /// Share of the light that goes straight through, 0 (opaque) to 1; the surface takes the rest.
+    float transmittance;
+    /// 1: light also goes through where the texture's alpha is less than 1 (cutouts, foliage); 0: alpha is ignored.
+    uint32_t useTextureAlpha;
 } BgiMaterial;
 
 /// A triangle mesh.

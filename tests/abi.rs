@@ -61,7 +61,7 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
             settings, log, log_user_data,
         }
         BgiTexture { s_type, p_next, id, width, height, rgba8 }
-        BgiMaterial { s_type, p_next, id, base_color, emission, has_base_color_texture, base_color_texture }
+        BgiMaterial { s_type, p_next, id, base_color, emission, has_base_color_texture, base_color_texture, transmittance, use_texture_alpha }
         BgiMesh { s_type, p_next, id, vertex_count, index_count, positions, uvs, indices }
         BgiInstance { s_type, p_next, id, mesh, material, translation, linear }
         BgiMeshUpdate {

@@ -44,7 +44,7 @@ fn meshes() -> [(Vec<[f32; 3]>, Vec<u32>); MESHES as usize] {
 fn material(id: u64, random: &mut Random) -> MaterialDesc {
     let base_color = std::array::from_fn(|_| random.unit() as f32);
     let emission = if id == 2 { [3.0, 2.0, 1.0] } else { [0.0; 3] };
-    MaterialDesc { id, base_color, emission, base_color_texture: None }
+    MaterialDesc { id, base_color, emission, ..MaterialDesc::default() }
 }
 
 /// Anywhere about the middle of the world, turned, stretched and perhaps mirrored.

@@ -233,6 +233,9 @@ impl World {
                     texture,
                     emission: m.emission.to_array(),
                     texture_size,
+                    opacity: m.opacity,
+                    texture_alpha: m.texture_alpha.into(),
+                    unused: [0; 2],
                 }
             })
             .collect();

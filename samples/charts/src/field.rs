@@ -40,12 +40,7 @@ impl Field {
         field.frame()?;
         let (positions, indices) = cube();
         field.host.context_mut().update_meshes(&MeshUpdate {
-            materials: &[MaterialDesc {
-                id: FIRST,
-                base_color: [0.5; 3],
-                emission: [0.0; 3],
-                base_color_texture: None,
-            }],
+            materials: &[MaterialDesc { id: FIRST, base_color: [0.5; 3], ..MaterialDesc::default() }],
             meshes: &[MeshDesc { id: FIRST, positions: &positions, uvs: &[], indices: &indices }],
             ..MeshUpdate::default()
         })?;

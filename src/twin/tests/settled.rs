@@ -41,7 +41,7 @@ fn a_world_in_which_nothing_changes_records_no_brick_pass() {
     let mut scene = Scene::default();
     let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0]];
     scene.apply(&MeshUpdate {
-        materials: &[MaterialDesc { id: 1, base_color: [0.5; 3], emission: [0.0; 3], base_color_texture: None }],
+        materials: &[MaterialDesc { id: 1, base_color: [0.5; 3], ..MaterialDesc::default() }],
         meshes: &[MeshDesc { id: 1, positions: &positions, uvs: &[], indices: &[0, 2, 1, 1, 2, 3] }],
         ..MeshUpdate::default()
     });
