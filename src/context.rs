@@ -121,6 +121,8 @@ pub struct Stats {
     pub bricks_left_out: u32,
     /// Lit voxel faces resident.
     pub faces: u32,
+    /// Voxel faces resident that are not lit, because neither light nor eye reaches them and memory is short.
+    pub faces_unreached: u32,
     /// Allocation units of 32 bytes in use by bricks.
     pub pages: u32,
     /// Rays traced in the frame.
@@ -279,7 +281,11 @@ impl Context {
         self.read_back(index)?;
         let eye = self.world.grid.to_voxels(DVec3::from(camera.position));
         let mut scope = FrameScope::new(&self.device, &self.settings, &mut self.slots, index, self.frame_index);
-        let upload_limit = self.world.frame(&mut scope, &mut self.scene, eye, clip(&camera))?;
+        let others = self.views.iter().filter(|(id, _)| **id != inputs.view.0).filter_map(|(_, view)| view.camera);
+        let others = others.map(|camera| self.world.grid.to_voxels(DVec3::from(camera.position)));
+        let mut eyes: Vec<DVec3> = std::iter::once(eye).chain(others).collect();
+        eyes[1..].sort_unstable_by(|a, b| a.to_array().map(f64::to_bits).cmp(&b.to_array().map(f64::to_bits)));
+        let upload_limit = self.world.frame(&mut scope, &mut self.scene, &eyes, clip(&camera))?;
         let mut frame = scope.frame;
         let shape = FrameShape {
             size,
@@ -333,6 +339,7 @@ impl Context {
         stats.bricks_missing = self.world.table.missing();
         stats.bricks_left_out = self.world.table.left_out();
         stats.faces = self.world.table.faces();
+        stats.faces_unreached = self.world.table.unreached();
         stats.pages = self.world.table.pages.used();
         stats.frames += 1;
         stats.cpu_ms = start.elapsed().as_secs_f64() * 1e3;

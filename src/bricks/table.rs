@@ -1,7 +1,7 @@
 //! The bricks table: what is resident, what waits, and the memory of both.
 
 use super::{ExtentAllocator, Grid, LightQueue, Viewpoint};
-use crate::gpu::shared::{BrickCopy, BrickResult, LightBrick, NONE, PAGE_WORDS};
+use crate::gpu::shared::{ASKS, BrickCopy, BrickResult, LightBrick, NONE, PAGE_WORDS};
 use glam::{DVec3, IVec3, UVec3};
 use std::collections::{HashMap, HashSet};
 
@@ -18,6 +18,8 @@ struct Brick {
     page: u32,
     pages: u32,
     faces: u32,
+    /// Faces that have no light because nothing reaches them.
+    unreached: u32,
     /// Lighting updates since the lights of `epoch`.
     updates: u32,
     epoch: u32,
@@ -77,6 +79,7 @@ pub struct BrickTable {
     /// Memory has been freed, or the anchor has moved: `reach` may be too short.
     freed: bool,
     faces: u32,
+    unreached: u32,
     /// New bricks since everything was there.
     entered: u32,
     /// Frames so far.
@@ -108,6 +111,7 @@ impl BrickTable {
             reach: f64::INFINITY,
             freed: false,
             faces: 0,
+            unreached: 0,
             entered: 0,
             clock: 0,
             lighting: LightQueue::default(),
@@ -202,6 +206,16 @@ impl BrickTable {
         self.faces
     }
 
+    /// Faces resident that have no light because nothing reaches them.
+    pub fn unreached(&self) -> u32 {
+        self.unreached
+    }
+
+    /// Whether a brick is resident.
+    pub fn holds(&self, brick: IVec3) -> bool {
+        self.resident.contains_key(&brick)
+    }
+
     /// Whether anything is in flight.
     pub fn busy(&self) -> bool {
         !self.in_flight.is_empty()
@@ -226,7 +240,15 @@ impl BrickTable {
         (brick.as_dvec3() + 0.5 - self.anchor).length_squared()
     }
 
-    fn covers(&self, brick: IVec3) -> bool {
+    /// Whether a brick, voxelised, is what is to be shown: it is in the window, fitted into the payload, and nothing has
+    /// changed meanwhile.
+    pub fn takes(&self, finished: &Finished) -> bool {
+        let Finished { position, result } = finished;
+        self.covers(*position) && !self.dirty.contains(position) && result.offset != NONE
+    }
+
+    /// Whether a brick lies in the window.
+    pub fn covers(&self, brick: IVec3) -> bool {
         let relative = brick - self.window();
         relative.cmpge(IVec3::ZERO).all() && relative.cmplt((self.extent * 4).as_ivec3()).all()
     }
@@ -299,6 +321,12 @@ impl BrickTable {
         }
     }
 
+    /// Queues bricks that other faces of are to be lit than were: what they take will differ.
+    pub fn touch_reach(&mut self, bricks: &[IVec3]) {
+        self.touch(bricks);
+        self.freed |= !bricks.is_empty();
+    }
+
     /// A brick that waits already keeps its turn.
     fn wait(&mut self, brick: IVec3, pages: Option<u32>) {
         let since = self.clock;
@@ -364,6 +392,7 @@ impl BrickTable {
             None => true,
         });
         self.reach = beyond.map_or(f64::INFINITY, |(distance, _)| distance);
+        eprintln!("share {} {} used {} waiting {} resident {} mean {mean}", self.clock, self.reach, self.pages.used(), self.waiting.len(), self.resident.len());
     }
 
     /// Marks a brick as handed to the GPU.
@@ -409,14 +438,17 @@ impl BrickTable {
             }
             let Some(page) = self.place(pages, *position, &mut farthest) else {
                 self.reach = self.reach.min(self.distance(*position));
+                eprintln!("refused {position} {pages} pages unreached {} used {} of {} reach {}", result.unreached, self.pages.used(), self.pages.capacity(), self.reach);
                 self.wait(*position, Some(pages));
                 continue;
             };
             let distance = self.distance(*position).sqrt();
             let due = if result.faces > 0 { self.lighting.enter(*position, distance) } else { 0 };
-            let brick = Brick { page, pages, faces: result.faces, updates: 0, epoch: self.epoch, due };
+            let BrickResult { faces, unreached, .. } = *result;
+            let brick = Brick { page, pages, faces, unreached, updates: 0, epoch: self.epoch, due };
             self.resident.insert(*position, brick);
-            self.faces += result.faces;
+            self.faces += faces;
+            self.unreached += unreached;
             let target_word = page * PAGE_WORDS;
             copies.push((*position, BrickCopy { source: result.offset, target_word, words: result.words, unused: 0 }));
         }
@@ -432,6 +464,7 @@ impl BrickTable {
             self.pages.free(old.page, old.pages);
             self.grid.remove(brick);
             self.faces -= old.faces;
+            self.unreached -= old.unreached;
             self.lighting.remove(brick, old.due);
         }
         old.pages
@@ -508,13 +541,14 @@ impl BrickTable {
     }
 
     /// Chooses bricks for lighting, those that are due first, up to `budget` faces and `bricks_max` bricks, each to be lit
-    /// `sweeps` times. Returns them with the number of their faces.
+    /// `sweeps` times; `asks`: whether a brick's rays may ask for light. Returns them with the number of their faces.
     pub fn choose_for_light(
         &mut self,
         budget: u32,
         bricks_max: usize,
         sweeps: u32,
         camera: DVec3,
+        asks: impl Fn(IVec3) -> bool,
     ) -> (Vec<LightBrick>, u32) {
         let window = self.window();
         let (mut chosen, mut faces, mut again) = (Vec::new(), 0, Vec::new());
@@ -531,7 +565,7 @@ impl BrickTable {
             let p = (position - window).as_uvec3();
             chosen.push(LightBrick {
                 base: brick.page * PAGE_WORDS,
-                position: p.x | p.y << 10 | p.z << 20,
+                position: p.x | p.y << 10 | p.z << 20 | if asks(position) { ASKS } else { 0 },
                 first_face: faces,
                 alpha: alpha(brick.updates),
             });

@@ -7,7 +7,7 @@
 mod gpu;
 mod layout;
 mod pack;
-mod random;
+pub mod random;
 mod resolve;
 mod surface;
 mod tests;

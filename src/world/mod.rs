@@ -4,7 +4,7 @@ mod growth;
 mod memory;
 mod voxelization;
 
-use crate::bricks::{BrickTable, Finished, PrimitiveIndex, Viewpoint, WorldGrid};
+use crate::bricks::{BrickTable, Cells, Finished, PrimitiveIndex, Regions, Viewpoint, WorldGrid};
 use crate::context::ResourceSize;
 use crate::error::Result;
 use crate::frame::{Command, Frame};
@@ -58,12 +58,17 @@ impl<'a> FrameScope<'a> {
 struct Flight {
     bricks: Vec<IVec3>,
     light_rays: u64,
+    /// Low corner of the window, voxels.
+    window: IVec3,
 }
 
 /// The world's CPU and GPU state.
 pub struct World {
     pub table: BrickTable,
     primitives: PrimitiveIndex,
+    regions: Regions,
+    /// The world, all of its faces lit, does not fit into its memory.
+    short: bool,
     pub grid: WorldGrid,
     /// Corners of everything that has ever been in the scene, voxels.
     bounds: Option<(DVec3, DVec3)>,
@@ -103,6 +108,8 @@ impl World {
             memory: Memory::new(settings, frames_in_flight, u64::from(table.grid.words()) * 4)?,
             table,
             primitives: PrimitiveIndex::default(),
+            regions: Regions::default(),
+            short: false,
             grid: WorldGrid {
                 voxel_size: f64::from(settings.voxel_size),
                 offset: DVec3::from(settings.grid_offset.map(f64::from)),
@@ -146,6 +153,8 @@ impl World {
             self.table.touch(&left);
             let entered = self.primitives.insert(id, scene, &self.grid, window);
             self.table.touch(&entered);
+            // Of what is not resident, what was known is no longer true.
+            left.iter().chain(&entered).filter(|b| !self.table.holds(**b)).for_each(|b| self.regions.forget(*b));
             left.into_iter().filter(|b| !self.primitives.holds(*b)).for_each(|b| self.table.forget(b));
         }
     }
@@ -155,6 +164,7 @@ impl World {
         if !self.table.follow(eye, self.bounds) {
             return;
         }
+        self.regions.retain(|brick| self.table.covers(brick));
         let window = self.table.window_bricks().expect("it has just moved");
         self.primitives.clear();
         let mut ids: Vec<u64> = scene.instances.keys().copied().collect();
@@ -181,9 +191,10 @@ impl World {
         self.flights[index].light_rays + self.memory.probe_rays(index)
     }
 
-    /// The world's part of a frame seen from `eye` (voxels); `clip` is clip space of the position relative to it in metres.
-    /// Returns the bytes that the frame's upload buffer may have.
-    pub fn frame(&mut self, scope: &mut FrameScope, scene: &mut Scene, eye: DVec3, clip: DMat4) -> Result<u64> {
+    /// The world's part of a frame seen from `eyes[0]` (voxels), the others being those of other views; `clip` is clip
+    /// space of the position relative to it in metres. Returns the bytes that the frame's upload buffer may have.
+    pub fn frame(&mut self, scope: &mut FrameScope, scene: &mut Scene, eyes: &[DVec3], clip: DMat4) -> Result<u64> {
+        let eye = eyes[0];
         self.table.tick();
         let fixed = self.fixed(scene);
         self.memory.check(&fixed)?;
@@ -194,6 +205,10 @@ impl World {
         scope.frame.commands.push(Command::Clear("counters"));
         self.upload_materials(scope, scene)?;
         self.commit(scope, scene)?;
+        self.regions.follow(eyes);
+        self.take_requests(scope.index);
+        let again = self.regions.update(self.short);
+        self.table.touch_reach(&again);
         self.voxelize(scope, scene, &Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size))?;
         self.light(scope, scene, eye / 8.0)?;
         self.tell(scope.settings);
@@ -260,6 +275,9 @@ impl World {
             let filled = finished.iter().filter(|f| f.result.words > 0).count().max(1);
             self.mean_words = 0.5 * self.mean_words + 0.5 * words as f32 / filled as f32;
         }
+        for Finished { position, result } in finished.iter().filter(|f| self.table.takes(f)) {
+            self.regions.arrive(*position, Cells::from_blocks(&result.occupied));
+        }
         self.fit_pages(scope, scene, &finished)?;
         self.table.share_out();
         let copies = self.table.finish(&finished);
@@ -270,11 +288,21 @@ impl World {
         }
         if !finished.is_empty() && self.table.has_loaded() {
             self.loads += 1;
+            self.regions.forget_requests();
             self.lights_changed();
         }
         let grid_writes = self.table.grid.take_writes();
         passes::bricks::commit(&mut scope.frame, &copies, &grid_writes);
         Ok(())
+    }
+
+    /// Takes in which faces without light rays came to in the slot's last frame.
+    fn take_requests(&mut self, index: usize) {
+        if self.regions.any_masked() {
+            let window = self.flights[index].window;
+            let requests = self.memory.requests(index).into_iter().map(|(cell, count)| (window + cell, count));
+            self.regions.take_requests(requests, self.rays(index));
+        }
     }
 
     fn light(&mut self, scope: &mut FrameScope, scene: &Scene, camera: DVec3) -> Result<()> {
@@ -298,6 +326,7 @@ impl World {
             seed_origin: (self.table.window() * 8).as_uvec3().to_array(),
             bounce_rays: settings.bounce_rays,
             direct_samples: settings.direct_samples,
+            unreached: u32::from(self.regions.any_masked()),
             ..FrameUniform::default()
         };
         scope.frame.upload.push("frame", &[uniform]);
@@ -308,7 +337,7 @@ impl World {
         let room = self.memory.fit_lighting(scope, total.min(settings.light_faces_per_frame))?;
         let budget = settings.light_faces_per_frame.min(room);
         let bricks_max = self.memory.light_bricks(scope);
-        let (bricks, faces) = self.table.choose_for_light(budget, bricks_max, sweeps, camera);
+        let (bricks, faces) = self.table.choose_for_light(budget, bricks_max, sweeps, camera, |b| self.regions.asks(b));
         if !bricks.is_empty() {
             passes::light::light(
                 &mut scope.frame,
@@ -322,6 +351,7 @@ impl World {
             self.updates = self.updates.wrapping_add(sweeps);
         }
         let per_face = u64::from(settings.bounce_rays) + u64::from(settings.direct_samples) * lights.len() as u64;
+        self.flights[scope.index].window = self.table.window() * 8;
         self.flights[scope.index].light_rays = u64::from(faces) * u64::from(sweeps) * per_face;
         Ok(())
     }

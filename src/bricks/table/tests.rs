@@ -21,7 +21,7 @@ fn table(pages: u32) -> (BrickTable, Vec<IVec3>) {
 /// Bricks are handed to the GPU and come back at once, each with its pages.
 fn voxelise(table: &mut BrickTable, bricks: &[(IVec3, Option<u32>)]) {
     bricks.iter().for_each(|(b, _)| table.start(*b));
-    let result = |b| BrickResult { words: pages_of(b) * PAGE_WORDS, offset: 0, faces: 1, voxels_surfaces: 0 };
+    let result = |b| BrickResult { words: pages_of(b) * PAGE_WORDS, faces: 1, ..BrickResult::default() };
     let finished: Vec<_> = bricks.iter().map(|(b, _)| Finished { position: *b, result: result(*b) }).collect();
     table.finish(&finished);
 }
@@ -92,7 +92,7 @@ fn lighting_goes_round() {
         table.tick();
         // Lights that change in every frame.
         table.invalidate_lighting();
-        let (chosen, faces) = table.choose_for_light(budget, usize::MAX, 1, DVec3::ZERO);
+        let (chosen, faces) = table.choose_for_light(budget, usize::MAX, 1, DVec3::ZERO, |_| false);
         assert_eq!((chosen.len() as u32, faces), (budget, budget));
         chosen.iter().for_each(|b| lit.entry(b.base).or_default().push(frame));
     }
@@ -140,7 +140,7 @@ fn freed_memory_goes_to_those_that_wait() {
     let emptied: Vec<IVec3> = table.by_distance().into_iter().take(100).collect();
     table.touch(&emptied);
     emptied.iter().for_each(|b| table.start(*b));
-    let nothing = BrickResult { words: 0, offset: 0, faces: 0, voxels_surfaces: 0 };
+    let nothing = BrickResult::default();
     let finished: Vec<_> = emptied.iter().map(|b| Finished { position: *b, result: nothing }).collect();
     table.finish(&finished);
     assert!(settle(&mut table, DVec3::ZERO) > 0);
