@@ -64,7 +64,7 @@ pub struct Settings {
     /// that probes are judged against; costs `width * height * pixel_rays` rays a frame.
     pub pixel_rays: u32,
     /// Whether faces that neither light nor eye can reach go without light of their own while the world does not fit into
-    /// `memory_budget` otherwise; default true.
+    /// `memory_budget` otherwise; default false.
     pub region_culling: bool,
 }
 
@@ -84,7 +84,7 @@ impl Default for Settings {
             probe_tile: 16,
             temporal_frames: 64,
             pixel_rays: 0,
-            region_culling: true,
+            region_culling: false,
         }
     }
 }

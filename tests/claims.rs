@@ -463,7 +463,7 @@ fn rooms_both(camera: &str) -> [Host; 2] {
 
 #[test]
 fn faces_out_of_reach_take_no_memory() {
-    let mut without = open_rooms("a", ROOMS_BUDGET, true);
+    let mut without = open_rooms("a", ROOMS_BUDGET, false);
     settle(&mut without, ROOMS_BUDGET);
     assert!(without.stats().bricks_left_out > 0, "the rooms are meant not to fit");
     let [culled, whole] = rooms_both("a").map(|host| host.stats().clone());

@@ -392,7 +392,6 @@ impl BrickTable {
             None => true,
         });
         self.reach = beyond.map_or(f64::INFINITY, |(distance, _)| distance);
-        eprintln!("share {} {} used {} waiting {} resident {} mean {mean}", self.clock, self.reach, self.pages.used(), self.waiting.len(), self.resident.len());
     }
 
     /// Marks a brick as handed to the GPU.
@@ -417,28 +416,16 @@ impl BrickTable {
         if !finished.is_empty() {
             self.changed();
         }
-        for Finished { position, result } in finished {
-            self.in_flight.remove(position);
-            let covered = self.covers(*position);
-            let dirty = self.dirty.remove(position);
-            if !covered {
-                continue;
-            }
+        // All give back first what they had: the holes of neighbours join.
+        let accepted: Vec<&Finished> = finished.iter().filter(|f| self.accept(f)).collect();
+        for Finished { position, result } in accepted {
             let pages = result.words.div_ceil(PAGE_WORDS);
-            if dirty || result.offset == NONE {
-                self.wait(*position, (!dirty).then_some(pages));
-                continue;
-            }
-            self.entered += u32::from(!self.resident.contains_key(position));
-            let before = self.evict(*position);
-            self.freed |= pages < before;
             if pages == 0 {
                 self.resident.insert(*position, Brick::default());
                 continue;
             }
             let Some(page) = self.place(pages, *position, &mut farthest) else {
                 self.reach = self.reach.min(self.distance(*position));
-                eprintln!("refused {position} {pages} pages unreached {} used {} of {} reach {}", result.unreached, self.pages.used(), self.pages.capacity(), self.reach);
                 self.wait(*position, Some(pages));
                 continue;
             };
@@ -455,6 +442,22 @@ impl BrickTable {
         // A brick may have lost its place to a nearer one of the same batch.
         copies.retain(|(p, c)| self.resident.get(p).is_some_and(|b| b.page * PAGE_WORDS == c.target_word));
         copies.into_iter().map(|(_, copy)| copy).collect()
+    }
+
+    /// Takes a voxelised brick off the GPU's hands and frees what it had. Whether it is what is to be shown.
+    fn accept(&mut self, finished: &Finished) -> bool {
+        let Finished { position, result } = finished;
+        let taken = self.takes(finished);
+        self.in_flight.remove(position);
+        let dirty = self.dirty.remove(position);
+        let pages = result.words.div_ceil(PAGE_WORDS);
+        if taken {
+            self.entered += u32::from(!self.resident.contains_key(position));
+            self.freed |= pages < self.evict(*position);
+        } else if self.covers(*position) {
+            self.wait(*position, (!dirty).then_some(pages));
+        }
+        taken
     }
 
     /// Frees a resident brick; the pages that it had.

@@ -67,7 +67,7 @@ pub struct BgiSettings {
     /// most. Without effect where the device has no timestamps.
     pub voxelize_ms: f32,
     /// 1: faces that neither light nor eye can reach go without light of their own while the world does not fit into
-    /// memoryBudget otherwise; default 1. 0: never.
+    /// memoryBudget otherwise. 0: never; the default.
     pub region_culling: u32,
 }
 
