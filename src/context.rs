@@ -1,6 +1,7 @@
 //! Owns the persistent state: create, update, record, report.
 
 use crate::error::{Error, Result};
+use crate::frame::Frame;
 use crate::gpu::{Device, Pipelines, Player, Slot};
 use crate::passes;
 use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky};
@@ -119,6 +120,8 @@ pub struct Stats {
     pub bricks_missing: u32,
     /// Those of the missing bricks that are left out because the world does not fit into its memory budget.
     pub bricks_left_out: u32,
+    /// Bricks that the latest `dispatch` call voxelises.
+    pub bricks_voxelized: u32,
     /// Lit voxel faces resident.
     pub faces: u32,
     /// Voxel faces resident that are not lit, because neither light nor eye reaches them and memory is short.
@@ -140,6 +143,8 @@ pub struct Context {
     next_view: u64,
     slots: Vec<Slot>,
     frame_index: u32,
+    /// The latest frame's list; kept for its memory.
+    frame: Frame,
     stats: Stats,
     settings: Settings,
     pipelines: Pipelines,
@@ -179,6 +184,7 @@ impl Context {
             next_view: 1,
             slots: Vec::new(),
             frame_index: 0,
+            frame: Frame::default(),
             stats: Stats::default(),
             settings: desc.settings,
             pipelines: Pipelines::new(&device)?,
@@ -280,11 +286,13 @@ impl Context {
         let index = self.frame_index as usize % self.slots.len();
         self.read_back(index)?;
         let eye = self.world.grid.to_voxels(DVec3::from(camera.position));
-        let mut scope = FrameScope::new(&self.device, &self.settings, &mut self.slots, index, self.frame_index);
         let others = self.views.iter().filter(|(id, _)| **id != inputs.view.0).filter_map(|(_, view)| view.camera);
         let others = others.map(|camera| self.world.grid.to_voxels(DVec3::from(camera.position)));
         let mut eyes: Vec<DVec3> = std::iter::once(eye).chain(others).collect();
         eyes[1..].sort_unstable_by(|a, b| a.to_array().map(f64::to_bits).cmp(&b.to_array().map(f64::to_bits)));
+        let mut frame = std::mem::take(&mut self.frame);
+        frame.clear();
+        let mut scope = FrameScope::new(&self.device, &self.settings, &mut self.slots, index, self.frame_index, frame);
         let upload_limit = self.world.frame(&mut scope, &mut self.scene, &eyes, clip(&camera))?;
         let mut frame = scope.frame;
         let shape = FrameShape {
@@ -304,7 +312,9 @@ impl Context {
         let replaced = self.world.take_replaced();
         let player = Player::new(&self.device, &self.pipelines, inputs.command_buffer, bound, replaced);
         player.play(&frame, &mut self.slots[index], upload_limit)?;
+        self.frame = frame;
         self.frame_index = self.frame_index.wrapping_add(1);
+        self.stats.bricks_voxelized = self.world.voxelizing(index);
         self.report(start);
         Ok(())
     }

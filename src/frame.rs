@@ -37,6 +37,13 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// Empties it; its memory stays.
+    pub fn clear(&mut self) {
+        self.commands.clear();
+        self.upload.bytes.clear();
+        self.upload.pieces.clear();
+    }
+
     /// Adds a pass; one without workgroups is not recorded at all.
     pub fn dispatch<P: bytemuck::Pod>(&mut self, pass: &'static str, groups: [u32; 3], push: P) {
         if groups.iter().all(|g| *g > 0) {

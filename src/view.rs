@@ -7,7 +7,7 @@ use crate::gpu::{Bound, Buffer, Device, Location};
 use crate::scene::Camera;
 use ash::vk;
 use glam::{DMat3, DMat4, DVec3, Mat3, Mat4, UVec2};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Buffers whose contents live from frame to frame, or that only this view needs.
 pub const VIEW_BUFFERS: [&str; 6] =
@@ -97,7 +97,7 @@ impl View {
     }
 
     /// Names of this view's buffers and the host's images.
-    pub fn bind(&self, inputs: &FrameInputs, bound: &mut HashMap<&'static str, Bound>) {
+    pub fn bind(&self, inputs: &FrameInputs, bound: &mut FxHashMap<&'static str, Bound>) {
         for (name, buffer) in VIEW_BUFFERS.iter().zip(&self.buffers) {
             bound.insert(name, Bound::Buffer(buffer.raw, 0, buffer.size));
         }

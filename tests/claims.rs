@@ -9,6 +9,7 @@ use brickgi::scene::{InstanceDesc, MeshDesc, MeshUpdate, TextureDesc};
 use brickgi::{Settings, Stats};
 use brickgi_host::scene::Light;
 use brickgi_host::{Host, HostOptions, Image, Reference, Scene, image::luminance};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::ops::Range;
 use std::path::Path;
@@ -118,17 +119,17 @@ fn assert_rel_mse(shots: &[Shot], most: f64) {
 
 #[test]
 fn furnace_50_matches_the_closed_form() {
-    assert_furnace(&FURNACE_50, 0.50, 0.03);
+    assert_furnace(&FURNACE_50, 0.50, 0.01);
 }
 
 #[test]
 fn furnace_80_matches_the_closed_form() {
-    assert_furnace(&shoot("furnace_80", "a", 0.5, SHIFTED), 0.80, 0.03);
+    assert_furnace(&shoot("furnace_80", "a", 0.5, SHIFTED), 0.80, 0.01);
 }
 
 #[test]
 fn furnace_95_matches_the_closed_form() {
-    assert_furnace(&shoot("furnace_95", "a", 0.5, ALIGNED), 0.95, 0.08);
+    assert_furnace(&shoot("furnace_95", "a", 0.5, ALIGNED), 0.95, 0.03);
 }
 
 #[test]
@@ -220,8 +221,12 @@ const SMALL_BUDGET: u64 = 3 * MIB / 2;
 
 /// The Cornell box at 6 cm. The image is not what this is about: little light and few pixels save time.
 fn open_with_budget(memory_budget: u64, frames_in_flight: u32) -> Host {
+    open_small(0.06, memory_budget, frames_in_flight)
+}
+
+fn open_small(voxel_size: f32, memory_budget: u64, frames_in_flight: u32) -> Host {
     let settings =
-        Settings { voxel_size: 0.06, memory_budget, light_faces_per_frame: 64, bounce_rays: 0, ..Settings::default() };
+        Settings { voxel_size, memory_budget, light_faces_per_frame: 64, bounce_rays: 0, ..Settings::default() };
     let options = HostOptions {
         size: Some([32, 32]),
         validation: true,
@@ -408,13 +413,13 @@ const DIVIDER: usize = 4;
 /// two. A large grid takes half of a small budget.
 fn open_rooms(camera: &str, memory_budget: u64, region_culling: bool) -> Host {
     let scene = scene("two_rooms");
-    let mut host = open_small(&scene, camera, memory_budget, region_culling);
+    let mut host = open_rooms_of(&scene, camera, memory_budget, region_culling);
     let lamp = |x: f64| Light::Point { position: [x, 2.4, 2.2], intensity: [14.0, 12.5, 10.0] };
     host.set_lights(vec![lamp(3.1), lamp(9.4)], scene.sky).expect("valid lights");
     host
 }
 
-fn open_small(scene: &Arc<Scene>, camera: &str, memory_budget: u64, region_culling: bool) -> Host {
+fn open_rooms_of(scene: &Arc<Scene>, camera: &str, memory_budget: u64, region_culling: bool) -> Host {
     let settings = Settings {
         voxel_size: 0.18,
         coverage_groups: [32; 3],
@@ -525,13 +530,44 @@ fn what_rays_find_through_a_gap_is_lit() {
     gap.instances[DIVIDER].linear[2][2] = 0.99;
     let gap = Arc::new(gap);
     let images = [(ROOMS_BUDGET, true), (28 * MIB, false)].map(|(memory_budget, region_culling)| {
-        let mut host = open_small(&gap, "b", memory_budget, region_culling);
+        let mut host = open_rooms_of(&gap, "b", memory_budget, region_culling);
         settle(&mut host, memory_budget);
         assert_eq!(host.stats().faces_unreached > 0, region_culling);
         run(&mut host, 2 * FRAMES).0
     });
     let [found, expected] = images.each_ref().map(|i| i.pixels.iter().map(|p| luminance(*p)).sum::<f64>());
     assert!(expected > 0.0 && (found / expected - 1.0).abs() < 0.05, "{found} of {expected}");
+}
+
+/// 60 moves, removals and returns, most of which meet bricks in flight; each costs up to two frames.
+#[test]
+fn a_world_with_a_history_is_as_a_new_one() {
+    let mut state = 1u32;
+    let mut below = |end: usize| {
+        state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        (state >> 8) as usize % end
+    };
+    let mut old = open_small(0.2, 28 * MIB, 3);
+    let mut present: BTreeMap<usize, [f64; 3]> = (0..old.scene().instances.len()).map(|i| (i, [0.0; 3])).collect();
+    for _ in 0..60 {
+        let index = below(old.scene().instances.len());
+        if below(3) == 0 && present.remove(&index).is_some() {
+            remove_instances(&mut old, index..index + 1);
+        } else {
+            let offset = [0; 3].map(|_| 0.1 * below(10) as f64 - 0.5);
+            present.insert(index, offset);
+            add_instance_at(&mut old, index, index as u64, offset);
+        }
+        (0..below(3)).for_each(|_| old.frame().expect("a frame"));
+    }
+    settle(&mut old, 28 * MIB);
+    let mut new = open_small(0.2, 28 * MIB, 3);
+    let instances = new.scene().instances.len();
+    remove_instances(&mut new, 0..instances);
+    present.into_iter().for_each(|(index, offset)| add_instance_at(&mut new, index, index as u64, offset));
+    settle(&mut new, 28 * MIB);
+    let figures = |host: &Host| (host.stats().bricks, host.stats().faces, host.stats().pages);
+    assert_eq!(figures(&old), figures(&new), "bricks, faces, pages");
 }
 
 /// As soon as it is known what a brick takes, as many are voxelised as fit into the time.

@@ -23,7 +23,7 @@ struct Face {
 
 fn load_face(item: u32) -> Face {
     let brick = light_bricks[item >> 12u];
-    let origin = vec3<u32>(brick.position & 1023u, (brick.position >> 10u) & 1023u, (brick.position >> 20u) & 1023u) * BRICK_VOXELS;
+    let origin = ((vec3<u32>(brick.position) >> vec3<u32>(0u, 10u, 20u)) & vec3<u32>(1023u)) * BRICK_VOXELS;
     let local = (item >> 3u) & 511u;
     let cell = origin + vec3<u32>(local & 7u, (local >> 3u) & 7u, local >> 6u);
     let voxel = brick_voxel(brick.base, world_bricks[brick.base], cell);

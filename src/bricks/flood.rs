@@ -4,7 +4,7 @@
 
 use super::cells::{Cells, side_step};
 use glam::{IVec3, UVec3};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Group of a brick, and its bit there: x + 4 y + 16 z.
 fn place(brick: IVec3) -> (IVec3, u32) {
@@ -50,9 +50,9 @@ fn bits(mask: u64) -> impl Iterator<Item = u32> {
 /// Which cells hold surface, as far as that is known.
 #[derive(Default)]
 pub struct Space {
-    bricks: HashMap<IVec3, Cells>,
+    bricks: FxHashMap<IVec3, Cells>,
     /// Of each group, the bricks that hold surface.
-    groups: HashMap<IVec3, u64>,
+    groups: FxHashMap<IVec3, u64>,
 }
 
 impl Space {
@@ -112,7 +112,7 @@ pub struct Flood {
     /// Of each group, the reached ones of the bricks without surface.
     groups: Vec<u64>,
     /// Reached cells of the bricks with surface.
-    bricks: HashMap<IVec3, Cells>,
+    bricks: FxHashMap<IVec3, Cells>,
     frontier: Vec<Front>,
     /// Bricks with surface that reached cells have come to lie in or beside.
     opened: Vec<IVec3>,

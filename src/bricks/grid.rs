@@ -4,7 +4,6 @@
 use super::ExtentAllocator;
 use crate::gpu::shared::GROUP_WORDS;
 use glam::{IVec3, UVec3};
-use std::collections::BTreeSet;
 
 #[derive(Clone, Copy, Default)]
 struct Group {
@@ -12,6 +11,8 @@ struct Group {
     /// First entry, in units of [`Grid::ENTRY_UNIT`], and how many units.
     entries: u32,
     units: u32,
+    /// Since the last [`Grid::take_writes`].
+    changed: bool,
 }
 
 /// Two-level grid of bricks: a 64-bit mask a group, then an entry for each brick that exists.
@@ -21,7 +22,7 @@ pub struct Grid {
     entries: Vec<u32>,
     space: ExtentAllocator,
     /// Groups that have changed since the last [`Grid::take_writes`].
-    changed: BTreeSet<usize>,
+    changed: Vec<usize>,
 }
 
 impl Grid {
@@ -36,7 +37,7 @@ impl Grid {
             groups: vec![Group::default(); (extent.x * extent.y * extent.z) as usize],
             entries: vec![0; Self::FIRST_ENTRIES as usize],
             space: ExtentAllocator::new(Self::FIRST_ENTRIES / Self::ENTRY_UNIT),
-            changed: BTreeSet::new(),
+            changed: Vec::new(),
         }
     }
 
@@ -73,10 +74,11 @@ impl Grid {
     pub fn take_writes(&mut self) -> Vec<[u32; 2]> {
         let mut writes = Vec::new();
         for index in std::mem::take(&mut self.changed) {
+            self.groups[index].changed = false;
             let group = self.groups[index];
             let (at, first) = (index as u32 * GROUP_WORDS, self.first_entry_word() + group.entries * Self::ENTRY_UNIT);
             writes.extend([[at, group.mask as u32], [at + 1, (group.mask >> 32) as u32], [at + 2, first]]);
-            writes.extend((first..).zip(self.list(group)).map(|(at, word)| [at, word]));
+            writes.extend((first..).zip(self.list(group)).map(|(at, word)| [at, *word]));
         }
         writes
     }
@@ -89,18 +91,31 @@ impl Grid {
         (index as usize, child.x | child.y << 2 | child.z << 4)
     }
 
+    /// A brick's first word, as the GPU finds it.
+    pub fn find(&self, brick: IVec3) -> Option<u32> {
+        let (index, bit) = self.place(brick);
+        let group = self.groups[index];
+        let rank = (group.mask & ((1u64 << bit) - 1)).count_ones();
+        (group.mask >> bit & 1 == 1).then(|| self.entries[(group.entries * Self::ENTRY_UNIT + rank) as usize])
+    }
+
+    /// Whether nothing is entered and no entry is taken.
+    #[cfg(test)]
+    pub fn is_empty(&self) -> bool {
+        self.space.used() == 0 && self.groups.iter().all(|group| group.mask == 0)
+    }
+
     /// Enters a brick's first word, or replaces it. False, and nothing changed, where there is no room for an entry.
     pub fn insert(&mut self, brick: IVec3, word: u32) -> bool {
         let (index, bit) = self.place(brick);
         let group = self.groups[index];
         let rank = (group.mask & ((1u64 << bit) - 1)).count_ones() as usize;
-        let mut list = self.list(group);
-        if group.mask >> bit & 1 == 1 {
-            list[rank] = word;
-        } else {
-            list.insert(rank, word);
-        }
-        self.store(index, group.mask | 1 << bit, &list)
+        let (mut list, count) = ([0; 64], self.list(group).len());
+        list[..rank].copy_from_slice(&self.list(group)[..rank]);
+        list[rank] = word;
+        let there = usize::from(group.mask >> bit & 1 == 1);
+        list[rank + 1..=count - there].copy_from_slice(&self.list(group)[rank + there..]);
+        self.store(index, group.mask | 1 << bit, &list[..=count - there])
     }
 
     /// Takes a brick out.
@@ -108,17 +123,18 @@ impl Grid {
         let (index, bit) = self.place(brick);
         let group = self.groups[index];
         if group.mask >> bit & 1 == 1 {
-            let rank = (group.mask & ((1u64 << bit) - 1)).count_ones();
-            let mut list = self.list(group);
-            list.remove(rank as usize);
-            let stored = self.store(index, group.mask & !(1 << bit), &list);
+            let rank = (group.mask & ((1u64 << bit) - 1)).count_ones() as usize;
+            let (mut list, count) = ([0; 64], self.list(group).len() - 1);
+            list[..rank].copy_from_slice(&self.list(group)[..rank]);
+            list[rank..count].copy_from_slice(&self.list(group)[rank + 1..]);
+            let stored = self.store(index, group.mask & !(1 << bit), &list[..count]);
             debug_assert!(stored, "a shorter list fits where the longer one was");
         }
     }
 
-    fn list(&self, group: Group) -> Vec<u32> {
+    fn list(&self, group: Group) -> &[u32] {
         let first = (group.entries * Self::ENTRY_UNIT) as usize;
-        self.entries[first..first + group.mask.count_ones() as usize].to_vec()
+        &self.entries[first..first + group.mask.count_ones() as usize]
     }
 
     fn store(&mut self, index: usize, mask: u64, list: &[u32]) -> bool {
@@ -134,10 +150,12 @@ impl Grid {
         if group.units > kept {
             self.space.free(first, group.units - kept);
         }
-        self.groups[index] = Group { mask, entries, units };
+        self.groups[index] = Group { mask, entries, units, changed: true };
         let first = (entries * Self::ENTRY_UNIT) as usize;
         self.entries[first..first + list.len()].copy_from_slice(list);
-        self.changed.insert(index);
+        if !group.changed {
+            self.changed.push(index);
+        }
         true
     }
 }

@@ -1,44 +1,210 @@
 //! Whose turn it is to be lit.
 
-use glam::IVec3;
-use std::collections::BTreeSet;
+use crate::gpu::shared::LightBrick;
+use glam::{DVec3, IVec3};
+use std::collections::BTreeMap;
 
 /// Deadlines of bricks that were never lit lie below this.
 const LIT: u64 = 1 << 32;
 /// Frames after which a brick at the camera is due again.
 const PERIOD_MIN: f64 = 8.0;
+/// Bricks lit in one frame at most: one workgroup each.
+const CHOSEN_MAX: usize = 65_535;
+
+/// A brick that waits for its turn.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    /// In bricks.
+    position: IVec3,
+    /// First word in `world_bricks`.
+    base: u32,
+    faces: u32,
+    /// Lighting updates since the lights of `epoch`.
+    updates: u32,
+    epoch: u32,
+    due: u64,
+    /// Its place among those that are due in the same frame.
+    place: u32,
+}
+
+/// What a frame may light.
+#[derive(Clone, Copy, Debug)]
+pub struct LightBudget {
+    pub faces: u32,
+    pub bricks: usize,
+    /// Times that each brick is lit.
+    pub sweeps: u32,
+}
 
 /// Bricks by the frame in which their lighting is due, earliest first: a brick is due as many frames after it was lit as
 /// it is bricks away from the camera. What was never lit comes before everything, the nearest first. A brick that is due
-/// does not starve, for what is lit goes behind it.
+/// does not starve, for what is lit goes behind it. A turn costs no search: those of one frame lie in one list.
 #[derive(Debug, Default)]
 pub struct LightQueue {
-    due: BTreeSet<(u64, [i32; 3])>,
+    turns: Vec<Turn>,
+    free: Vec<u32>,
+    /// Turns by deadline.
+    due: BTreeMap<u64, Vec<u32>>,
+    faces: u32,
+    /// Counts the changes of the lights.
+    epoch: u32,
 }
 
 impl LightQueue {
-    /// A brick that has never been lit, `distance` bricks from the camera. Returns its place.
-    pub fn enter(&mut self, brick: IVec3, distance: f64) -> u64 {
-        self.put(brick, ((distance * 16.0) as u64).min(LIT - 1))
+    /// A brick that has never been lit, `distance` bricks from the camera. Returns its turn, by which it leaves.
+    pub fn enter(&mut self, position: IVec3, base: u32, faces: u32, distance: f64) -> u32 {
+        let turn = Turn { position, base, faces, updates: 0, epoch: self.epoch, due: 0, place: 0 };
+        let index = self.free.pop().unwrap_or(self.turns.len() as u32);
+        if index as usize == self.turns.len() {
+            self.turns.push(turn);
+        } else {
+            self.turns[index as usize] = turn;
+        }
+        self.faces += faces;
+        self.put(index, ((distance * 16.0) as u64).min(LIT - 1));
+        index
     }
 
-    /// A brick lit in frame `clock`. Returns its place.
-    pub fn enter_again(&mut self, brick: IVec3, clock: u64, distance: f64) -> u64 {
-        self.put(brick, LIT + clock + (PERIOD_MIN + distance) as u64)
+    /// Takes a brick out.
+    pub fn leave(&mut self, index: u32) {
+        let Turn { due, place, faces, .. } = self.turns[index as usize];
+        let list = self.due.get_mut(&due).expect("every turn is in the list of its deadline");
+        list.swap_remove(place as usize);
+        if let Some(moved) = list.get(place as usize) {
+            self.turns[*moved as usize].place = place;
+        } else if list.is_empty() {
+            self.due.remove(&due);
+        }
+        self.faces -= faces;
+        self.free.push(index);
     }
 
-    fn put(&mut self, brick: IVec3, due: u64) -> u64 {
-        self.due.insert((due, brick.to_array()));
-        due
+    /// A brick lies elsewhere in `world_bricks` now.
+    pub fn relocate(&mut self, index: u32, base: u32) {
+        self.turns[index as usize].base = base;
     }
 
-    /// Takes a brick out of its place.
-    pub fn remove(&mut self, brick: IVec3, due: u64) {
-        self.due.remove(&(due, brick.to_array()));
+    /// Faces of all bricks.
+    pub fn faces(&self) -> u32 {
+        self.faces
     }
 
-    /// Whose turn it is.
-    pub fn first(&self) -> Option<IVec3> {
-        self.due.first().map(|(_, brick)| IVec3::from(*brick))
+    /// All light is to converge anew. Whose turn it is stays: lights that change every frame keep no brick from being lit.
+    pub fn invalidate(&mut self) {
+        self.epoch = self.epoch.wrapping_add(1);
+    }
+
+    /// Takes bricks whose turn it is, as many as the budget allows, in frame `clock`. Positions count from `window`,
+    /// distances from `camera` (bricks). Returns them with the number of their faces.
+    pub fn choose(&mut self, budget: &LightBudget, clock: u64, window: IVec3, camera: DVec3) -> (Vec<LightBrick>, u32) {
+        let most = budget.bricks.min(CHOSEN_MAX);
+        let (mut taken, mut faces) = (Vec::new(), 0);
+        while let Some(mut first) = self.due.first_entry() {
+            let list = first.get_mut();
+            // Who comes first must not depend on history. What was lit together is in order already.
+            list.sort_by_key(|i| self.turns[*i as usize].position.to_array());
+            let fits = |i: &&u32| {
+                let turn = &self.turns[**i as usize];
+                let fits = faces + turn.faces <= budget.faces;
+                faces += if fits { turn.faces } else { 0 };
+                fits
+            };
+            let count = list.iter().take(most - taken.len()).take_while(fits).count();
+            if count == list.len() {
+                taken.append(&mut first.remove());
+                continue;
+            }
+            taken.extend(list.drain(..count));
+            (0..).zip(&*list).for_each(|(place, i)| self.turns[*i as usize].place = place);
+            break;
+        }
+        let mut first_face = 0;
+        let chosen = taken.iter().map(|index| {
+            let turn = &mut self.turns[*index as usize];
+            if turn.epoch != self.epoch {
+                (turn.epoch, turn.updates) = (self.epoch, 0);
+            }
+            let p = (turn.position - window).as_uvec3();
+            let (base, position, alpha) = (turn.base, p.x | p.y << 10 | p.z << 20, alpha(turn.updates));
+            turn.updates += budget.sweeps;
+            first_face += turn.faces;
+            LightBrick { base, position, first_face: first_face - turn.faces, alpha }
+        });
+        let chosen = chosen.collect();
+        for index in taken {
+            let distance = (self.turns[index as usize].position.as_dvec3() + 0.5 - camera).length();
+            self.put(index, LIT + clock + (PERIOD_MIN + distance) as u64);
+        }
+        (chosen, faces)
+    }
+
+    fn put(&mut self, index: u32, due: u64) {
+        let list = self.due.entry(due).or_default();
+        let turn = &mut self.turns[index as usize];
+        (turn.due, turn.place) = (due, list.len() as u32);
+        list.push(index);
+    }
+}
+
+/// Weight of a brick's next lighting update: whole at first, so that light travels a bounce an update, then an average
+/// over ever more updates.
+fn alpha(updates: u32) -> f32 {
+    1.0 / (1.0 + (updates.min(768).saturating_sub(24) as f32) / 24.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::{BTreeSet, HashMap};
+
+    /// The queue takes, in every frame, the bricks that a sorted set of deadlines would give, whoever comes and goes.
+    #[test]
+    fn the_earliest_deadlines_come_first() {
+        let mut queue = LightQueue::default();
+        let mut sorted: BTreeSet<(u64, [i32; 3])> = BTreeSet::new();
+        let mut bricks: HashMap<[i32; 3], (u32, u64)> = HashMap::new();
+        let mut random = 1u32;
+        for clock in 0..2000 {
+            for _ in 0..4 {
+                random = random.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+                let [x, y, z] = [24, 20, 16].map(|shift| (random >> shift & 15) as i32);
+                if let Some((turn, due)) = bricks.remove(&[x, y, z]) {
+                    queue.leave(turn);
+                    assert!(sorted.remove(&(due, [x, y, z])));
+                } else {
+                    let brick = IVec3::new(x, y, z);
+                    let due = (brick.as_dvec3().length() * 16.0) as u64;
+                    let faces = 1 + (random >> 8) % 50;
+                    let turn = queue.enter(brick, faces, faces, brick.as_dvec3().length());
+                    bricks.insert([x, y, z], (turn, due));
+                    sorted.insert((due, [x, y, z]));
+                }
+            }
+            let budget = LightBudget { faces: 900, bricks: 30, sweeps: 1 };
+            let (chosen, faces) = queue.choose(&budget, clock, IVec3::ZERO, DVec3::ZERO);
+            let mut expected = Vec::new();
+            let mut left = 900;
+            for (due, brick) in sorted.iter().copied().take(30) {
+                let own = queue.turns[bricks[&brick].0 as usize].faces;
+                if own > left {
+                    break;
+                }
+                left -= own;
+                expected.push((due, brick));
+            }
+            assert_eq!(faces, 900 - left);
+            let place =
+                |b: &LightBrick| [b.position & 1023, b.position >> 10 & 1023, b.position >> 20].map(|v| v as i32);
+            let found: Vec<_> = chosen.iter().map(place).collect();
+            assert_eq!(found, expected.iter().map(|e| e.1).collect::<Vec<_>>());
+            for (due, brick) in expected {
+                sorted.remove(&(due, brick));
+                let p = IVec3::from(brick).as_dvec3() + 0.5;
+                let again = LIT + clock + (PERIOD_MIN + p.length()) as u64;
+                sorted.insert((again, brick));
+                bricks.get_mut(&brick).expect("it is there").1 = again;
+            }
+        }
+        assert_eq!(queue.faces(), bricks.values().map(|b| queue.turns[b.0 as usize].faces).sum::<u32>());
     }
 }

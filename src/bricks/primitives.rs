@@ -4,7 +4,7 @@ use super::Mask;
 use crate::gpu::shared::{BatchBrick, NONE, REACH_WORDS, TIE_SHIFT, TWO_SIDED};
 use crate::scene::{Instance, Mesh, Scene};
 use glam::{DVec3, IVec3, Vec3};
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Where the voxel grid lies in the world.
 #[derive(Clone, Copy, Debug)]
@@ -32,66 +32,145 @@ const REACH: f64 = 1.02;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Primitive {
-    instance: u64,
+    /// Index of the placed instance.
+    instance: u32,
     triangle: u32,
 }
 
-/// The per-brick primitive lists.
+/// An instance that has been entered.
+#[derive(Debug, Default)]
+struct Placed {
+    id: u64,
+    /// Bricks that its bounds reach, wherever the window is.
+    first: IVec3,
+    last: IVec3,
+    /// Those of the window that hold triangles of it.
+    bricks: Vec<IVec3>,
+    leaving: bool,
+}
+
+/// A box of bricks: low corner and size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BrickWindow {
+    pub low: IVec3,
+    pub size: IVec3,
+}
+
+impl BrickWindow {
+    fn last(&self) -> IVec3 {
+        self.low + self.size - 1
+    }
+
+    pub fn holds(&self, brick: IVec3) -> bool {
+        brick.cmpge(self.low).all() && brick.cmple(self.last()).all()
+    }
+}
+
+/// The per-brick primitive lists, of the window's bricks alone: this bounds work and memory. They are in order of ids and
+/// triangles: which of two equal surfaces wins does not depend on which came first.
 #[derive(Default)]
 pub struct PrimitiveIndex {
-    bricks: HashMap<IVec3, Vec<Primitive>>,
-    touched: HashMap<u64, Vec<IVec3>>,
+    window: Option<BrickWindow>,
+    bricks: FxHashMap<IVec3, Vec<Primitive>>,
+    placed: Vec<Placed>,
+    free: Vec<u32>,
+    /// Index into `placed` by id.
+    index: FxHashMap<u64, u32>,
+    /// Corners of everything that has ever been entered, voxels.
+    pub bounds: Option<(DVec3, DVec3)>,
+    /// An instance's vertices, voxels; kept for its memory.
+    vertices: Vec<DVec3>,
 }
 
 impl PrimitiveIndex {
-    /// Takes an instance's triangles out; returns the bricks that held some.
-    pub fn remove(&mut self, instance: u64) -> Vec<IVec3> {
-        let bricks = self.touched.remove(&instance).unwrap_or_default();
-        for brick in &bricks {
-            if let Some(list) = self.bricks.get_mut(brick) {
-                list.retain(|p| p.instance != instance);
-                if list.is_empty() {
-                    self.bricks.remove(brick);
-                }
+    /// Takes instances out; returns the bricks that held triangles of them, each once.
+    pub fn remove(&mut self, instances: &[u64]) -> Vec<IVec3> {
+        let mut left = FxHashSet::default();
+        let mut leaving = Vec::new();
+        for index in instances.iter().filter_map(|id| self.index.remove(id)) {
+            let placed = &mut self.placed[index as usize];
+            placed.leaving = true;
+            left.extend(std::mem::take(&mut placed.bricks));
+            leaving.push(index);
+        }
+        for brick in &left {
+            let Some(list) = self.bricks.get_mut(brick) else { continue };
+            list.retain(|p| !self.placed[p.instance as usize].leaving);
+            if list.is_empty() {
+                self.bricks.remove(brick);
             }
         }
-        bricks
+        for index in leaving {
+            self.placed[index as usize] = Placed::default();
+            self.free.push(index);
+        }
+        left.into_iter().collect()
     }
 
-    /// Enters an instance's triangles; returns the bricks that they touch (or nearly touch).
-    /// Only those inside the window (low corner and size, in bricks) count, which bounds work and memory.
-    pub fn insert(&mut self, id: u64, scene: &Scene, grid: &WorldGrid, window: (IVec3, IVec3)) -> Vec<IVec3> {
-        let Some(instance) = scene.instances.get(&id) else { return Vec::new() };
-        let Some(mesh) = scene.meshes.get(&instance.mesh) else { return Vec::new() };
-        let mut touched = HashSet::new();
-        for triangle in 0..mesh.triangles.len() as u32 {
-            let corners = voxel_corners(scene, instance, triangle, grid);
-            let low = corners[0].min(corners[1]).min(corners[2]) - REACH;
-            let high = corners[0].max(corners[1]).max(corners[2]) + REACH;
-            let first = (low / 8.0).floor().as_ivec3().max(window.0);
-            let last = (high / 8.0).floor().as_ivec3().min(window.0 + window.1 - 1);
-            for z in first.z..=last.z {
-                for y in first.y..=last.y {
-                    for x in first.x..=last.x {
-                        let brick = IVec3::new(x, y, z);
-                        let center = brick.as_dvec3() * 8.0 + 4.0;
-                        if overlaps_cube(corners.map(|c| (c - center).as_vec3()), (4.0 + REACH) as f32) {
-                            self.bricks.entry(brick).or_default().push(Primitive { instance: id, triangle });
-                            touched.insert(brick);
-                        }
-                    }
-                }
+    /// Enters an instance that is not there; returns the bricks that its triangles touch (or nearly touch).
+    pub fn insert(&mut self, id: u64, scene: &Scene, grid: &WorldGrid) -> &[IVec3] {
+        let index = self.free.pop().unwrap_or(self.placed.len() as u32);
+        if index as usize == self.placed.len() {
+            self.placed.push(Placed::default());
+        }
+        self.placed[index as usize].id = id;
+        self.index.insert(id, index);
+        self.register(index, None, scene, grid);
+        &self.placed[index as usize].bricks
+    }
+
+    /// Moves the window: what leaves it is forgotten, and the bricks that enter it get their triangles.
+    pub fn follow(&mut self, window: BrickWindow, scene: &Scene, grid: &WorldGrid) {
+        let before = self.window.replace(window);
+        self.bricks.retain(|brick, _| window.holds(*brick));
+        let mut entering = Vec::new();
+        for (index, placed) in (0..).zip(&mut self.placed) {
+            placed.bricks.retain(|brick| window.holds(*brick));
+            let known = before.is_some_and(|w| w.holds(placed.first) && w.holds(placed.last));
+            let meets = placed.first.cmple(window.last()).all() && placed.last.cmpge(window.low).all();
+            if meets && !known && self.index.get(&placed.id) == Some(&index) {
+                entering.push((placed.id, index));
             }
         }
-        let touched: Vec<IVec3> = touched.into_iter().collect();
-        self.touched.insert(id, touched.clone());
-        touched
+        entering.sort_unstable();
+        for (_, index) in entering {
+            self.register(index, before, scene, grid);
+        }
     }
 
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        self.bricks.clear();
-        self.touched.clear();
+    /// Enters an instance's triangles in the window's bricks that are not in `known`.
+    fn register(&mut self, index: u32, known: Option<BrickWindow>, scene: &Scene, grid: &WorldGrid) {
+        let Self { window, bricks, placed, bounds, vertices, .. } = self;
+        let own = &mut placed[index as usize];
+        let Some(instance) = scene.instances.get(&own.id) else { return };
+        let Some(mesh) = scene.meshes.get(&instance.mesh).filter(|m| !m.positions.is_empty()) else { return };
+        vertices.clear();
+        vertices.extend(mesh.positions.iter().map(|p| place(*p, instance, grid)));
+        let corners = vertices.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |b, v| (b.0.min(*v), b.1.max(*v)));
+        let (low, high) = bounds.unwrap_or(corners);
+        *bounds = Some((low.min(corners.0), high.max(corners.1)));
+        (own.first, own.last) = (brick_of(corners.0 - REACH), brick_of(corners.1 + REACH));
+        let Some(window) = *window else { return };
+        let (id, mut entered, mut unsorted) = (own.id, std::mem::take(&mut own.bricks), Vec::new());
+        let id_of = |p: &Primitive| placed[p.instance as usize].id;
+        for (triangle, corners) in (0..).zip(&mesh.triangles) {
+            let corners = corners.map(|i| vertices[i as usize]);
+            bricks_near(corners, &window, |brick| {
+                if known.is_some_and(|w| w.holds(brick)) {
+                    return;
+                }
+                let list = bricks.entry(brick).or_default();
+                if list.last().is_none_or(|p| p.instance != index) {
+                    entered.push(brick);
+                    unsorted.extend(list.last().filter(|p| id_of(p) > id).map(|_| brick));
+                }
+                list.push(Primitive { instance: index, triangle });
+            });
+        }
+        for brick in unsorted {
+            bricks.entry(brick).and_modify(|list| list.sort_by_key(|p| (id_of(p), p.triangle)));
+        }
+        self.placed[index as usize].bricks = entered;
     }
 
     /// Whether a brick holds triangles.
@@ -104,6 +183,13 @@ impl PrimitiveIndex {
         self.bricks.keys().copied()
     }
 
+    /// Instance and triangle of what each brick holds.
+    #[cfg(test)]
+    pub fn lists(&self) -> FxHashMap<IVec3, Vec<(u64, u32)>> {
+        let pair = |p: &Primitive| (self.placed[p.instance as usize].id, p.triangle);
+        self.bricks.iter().map(|(brick, list)| (*brick, list.iter().map(pair).collect())).collect()
+    }
+
     /// Lists a brick's triangles, and which of its faces may be lit, in `batch`. False if there are more than
     /// [`MAX_TRIANGLES`].
     pub fn triangles(
@@ -112,19 +198,24 @@ impl PrimitiveIndex {
         mask: Option<Mask>,
         scene: &Scene,
         grid: &WorldGrid,
-        materials: &HashMap<u64, u32>,
+        materials: &FxHashMap<u64, u32>,
         batch: &mut Batch,
     ) -> bool {
         let (first, group) = (batch.lists.len(), brick >> 2i32);
         let list = self.bricks.get(&brick).map_or(&[][..], Vec::as_slice);
-        for p in list.iter().take(MAX_TRIANGLES) {
-            let triangles = &mut batch.triangles;
-            let index = *batch.known.entry((group, *p)).or_insert_with(|| {
-                let words = group_triangle(p, group, scene, grid, materials)?;
-                triangles.push(words);
-                Some(triangles.len() as u32 - 1)
-            });
-            batch.lists.extend(index);
+        let looked_at = &list[..list.len().min(MAX_TRIANGLES)];
+        for run in looked_at.chunk_by(|a, b| a.instance == b.instance) {
+            let instance = &scene.instances[&self.placed[run[0].instance as usize].id];
+            let source = Source::new(instance, scene, grid, group, materials);
+            for p in run {
+                let triangles = &mut batch.triangles;
+                let index = *batch.known.entry((group, *p)).or_insert_with(|| {
+                    let words = source.triangle(p.triangle)?;
+                    triangles.push(words);
+                    Some(triangles.len() as u32 - 1)
+                });
+                batch.lists.extend(index);
+            }
         }
         let place = (brick & 3i32).as_uvec3();
         batch.bricks.push(BatchBrick {
@@ -150,10 +241,19 @@ pub struct Batch {
     /// Of the bricks that have one.
     pub masks: Vec<Mask>,
     /// Where a group's triangle stands; None: it has no area.
-    known: HashMap<(IVec3, Primitive), Option<u32>>,
+    known: FxHashMap<(IVec3, Primitive), Option<u32>>,
 }
 
 impl Batch {
+    /// Empties it; its memory stays.
+    pub fn clear(&mut self) {
+        self.bricks.clear();
+        self.lists.clear();
+        self.triangles.clear();
+        self.masks.clear();
+        self.known.clear();
+    }
+
     /// Bytes to upload.
     pub fn bytes(&self) -> u64 {
         let [bricks, lists] = [size_of_val(&self.bricks[..]), size_of_val(&self.lists[..])];
@@ -174,30 +274,53 @@ impl Batch {
     }
 }
 
-/// A triangle in group space, moved into the solid by [`TIE_SHIFT`]: corners; texture coordinates; material and
-/// sidedness. None: it has no area.
-fn group_triangle(
-    p: &Primitive,
-    group: IVec3,
-    scene: &Scene,
-    grid: &WorldGrid,
-    materials: &HashMap<u64, u32>,
-) -> Option<[f32; 16]> {
-    let instance = &scene.instances[&p.instance];
-    let mesh = &scene.meshes[&instance.mesh];
-    let origin = group.as_dvec3() * 32.0;
-    let [a, b, c] = voxel_corners(scene, instance, p.triangle, grid).map(|c| c - origin);
-    let normal = (b - a).cross(c - a).normalize_or_zero();
-    if normal == DVec3::ZERO {
-        return None;
+/// An instance as seen from a group.
+struct Source<'a> {
+    instance: &'a Instance,
+    mesh: &'a Mesh,
+    grid: &'a WorldGrid,
+    /// The group's low corner in voxels.
+    origin: DVec3,
+    material: u32,
+    mirrored: bool,
+}
+
+impl<'a> Source<'a> {
+    fn new(
+        instance: &'a Instance,
+        scene: &'a Scene,
+        grid: &'a WorldGrid,
+        group: IVec3,
+        materials: &FxHashMap<u64, u32>,
+    ) -> Self {
+        let origin = group.as_dvec3() * 32.0;
+        let (mesh, material) = (&scene.meshes[&instance.mesh], materials[&instance.material]);
+        Self { instance, mesh, grid, origin, material, mirrored: instance.linear.determinant() < 0.0 }
     }
-    let shift = normal * f64::from(TIE_SHIFT);
-    let [a, b, c] = [a, b, c].map(|v| (v - shift).as_vec3());
-    let two_sided = mesh.two_sided[p.triangle as usize];
-    let material = materials[&instance.material] | if two_sided { TWO_SIDED } else { 0 };
-    let uv = triangle_uvs(mesh, p.triangle);
-    let m = f32::from_bits(material);
-    Some([a.x, a.y, a.z, m, b.x, b.y, b.z, uv[0], c.x, c.y, c.z, uv[1], uv[2], uv[3], uv[4], uv[5]])
+
+    /// A triangle in group space, moved into the solid by [`TIE_SHIFT`]: corners; texture coordinates; material and
+    /// sidedness. None: it has no area.
+    fn triangle(&self, triangle: u32) -> Option<[f32; 16]> {
+        let corners = self.mesh.triangles[triangle as usize].map(|i| self.mesh.positions[i as usize]);
+        let [a, b, c] = corners.map(|p| place(p, self.instance, self.grid) - self.origin);
+        // A mirrored instance keeps its outside.
+        let [a, b, c] = if self.mirrored { [a, c, b] } else { [a, b, c] };
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        if normal == DVec3::ZERO {
+            return None;
+        }
+        let shift = normal * f64::from(TIE_SHIFT);
+        let [a, b, c] = [a, b, c].map(|v| (v - shift).as_vec3());
+        let two_sided = self.mesh.two_sided[triangle as usize];
+        let uv = triangle_uvs(self.mesh, triangle);
+        let m = f32::from_bits(self.material | if two_sided { TWO_SIDED } else { 0 });
+        Some([a.x, a.y, a.z, m, b.x, b.y, b.z, uv[0], c.x, c.y, c.z, uv[1], uv[2], uv[3], uv[4], uv[5]])
+    }
+}
+
+/// A vertex in voxels.
+fn place(p: Vec3, instance: &Instance, grid: &WorldGrid) -> DVec3 {
+    grid.to_voxels(instance.linear * p.as_dvec3() + instance.translation)
 }
 
 /// Triangles of one brick that are looked at; voxelisation packs their index into 16 bits.
@@ -214,26 +337,63 @@ fn triangle_uvs(mesh: &Mesh, triangle: u32) -> [f32; 6] {
     [a.x, a.y, b.x, b.y, c.x, c.y]
 }
 
-fn voxel_corners(scene: &Scene, instance: &Instance, triangle: u32, grid: &WorldGrid) -> [DVec3; 3] {
-    let mesh = &scene.meshes[&instance.mesh];
-    let corners = mesh.triangles[triangle as usize].map(|i| mesh.positions[i as usize].as_dvec3());
-    let placed = corners.map(|p| grid.to_voxels(instance.linear * p + instance.translation));
-    // A mirrored instance keeps its outside.
-    if instance.linear.determinant() < 0.0 { [placed[0], placed[2], placed[1]] } else { placed }
+fn brick_of(p: DVec3) -> IVec3 {
+    (p / 8.0).floor().as_ivec3()
 }
 
-/// Separating axes of a triangle and a cube about the origin (Akenine-Moller 2001).
-pub fn overlaps_cube(corners: [Vec3; 3], half: f32) -> bool {
-    let [a, b, c] = corners;
-    let separated = |axis: Vec3| {
-        let (p, q, r) = (axis.dot(a), axis.dot(b), axis.dot(c));
-        let reach = half * axis.abs().element_sum();
-        p.min(q).min(r) > reach || p.max(q).max(r) < -reach
-    };
-    let edges = [b - a, c - b, a - c];
-    let normal = edges[0].cross(edges[1]);
-    let axes = [Vec3::X, Vec3::Y, Vec3::Z];
-    !(axes.into_iter().any(separated)
-        || separated(normal)
-        || edges.into_iter().any(|e| axes.into_iter().any(|x| separated(x.cross(e)))))
+/// Calls `enter` with each brick of the window that a triangle touches or nearly touches; corners in voxels.
+fn bricks_near(corners: [DVec3; 3], window: &BrickWindow, mut enter: impl FnMut(IVec3)) {
+    let low = corners[0].min(corners[1]).min(corners[2]) - REACH;
+    let high = corners[0].max(corners[1]).max(corners[2]) + REACH;
+    let (first, last) = (brick_of(low), brick_of(high));
+    if first == last {
+        if window.holds(first) {
+            enter(first);
+        }
+        return;
+    }
+    let test = CubeTest::new(corners, 4.0 + REACH);
+    let (first, last) = (first.max(window.low), last.min(window.last()));
+    for z in first.z..=last.z {
+        for y in first.y..=last.y {
+            for x in first.x..=last.x {
+                let brick = IVec3::new(x, y, z);
+                if test.meets(brick.as_dvec3() * 8.0 + 4.0) {
+                    enter(brick);
+                }
+            }
+        }
+    }
 }
+
+/// Separating axes of a triangle and cubes of one size (Akenine-Moller 2001), but for the cube's own: those the
+/// triangle's bounds tell.
+struct CubeTest {
+    /// Axis, and the range of it in which the centres of cubes lie that it does not separate.
+    axes: [(DVec3, f64, f64); 10],
+}
+
+impl CubeTest {
+    /// `half`: half the edge of the cubes.
+    fn new(corners: [DVec3; 3], half: f64) -> Self {
+        let [a, b, c] = corners;
+        let edges = [b - a, c - b, a - c];
+        let axis = |k: usize| match k {
+            9 => edges[0].cross(edges[1]),
+            _ => DVec3::AXES[k % 3].cross(edges[k / 3]),
+        };
+        let range = |axis: DVec3| {
+            let (p, q, r) = (axis.dot(a), axis.dot(b), axis.dot(c));
+            let reach = half * axis.abs().element_sum();
+            (axis, p.min(q).min(r) - reach, p.max(q).max(r) + reach)
+        };
+        Self { axes: std::array::from_fn(|k| range(axis(k))) }
+    }
+
+    fn meets(&self, center: DVec3) -> bool {
+        self.axes.iter().all(|(axis, low, high)| (*low..=*high).contains(&axis.dot(center)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

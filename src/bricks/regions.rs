@@ -4,7 +4,8 @@ use super::cells::{Cells, side_step};
 use super::flood::{Flood, Space};
 use crate::gpu::shared::{APRON_VOXELS, REACH_WORDS};
 use glam::{DVec3, IVec3};
-use std::collections::{BTreeSet, HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeSet;
 
 /// Steps of a flood in one frame: under a microsecond each.
 const STEPS: usize = 4096;
@@ -38,12 +39,12 @@ pub struct Regions {
     /// Cells that rays have come to, though no empty cell leads there.
     asked: BTreeSet<[i32; 3]>,
     /// Bricks voxelised with a mask, and how many sides of them might have gone unlit.
-    masked: HashMap<IVec3, u32>,
+    masked: FxHashMap<IVec3, u32>,
     /// Rays that have come to faces without light, and all rays, of late.
     asking: f64,
     rays: f64,
     /// Bricks that look at more that is not reached than what they were voxelised with says.
-    outdated: HashSet<IVec3>,
+    outdated: FxHashSet<IVec3>,
     /// Bricks to be looked at since a flood has replaced another.
     checks: Vec<IVec3>,
 }

@@ -1,15 +1,12 @@
 //! The bricks table: what is resident, what waits, and the memory of both.
 
-use super::{ExtentAllocator, Grid, LightQueue, Viewpoint};
-use crate::gpu::shared::{ASKS, BrickCopy, BrickResult, LightBrick, NONE, PAGE_WORDS};
+use super::{AxisCounts, BrickWindow, ExtentAllocator, Grid, LightBudget, LightQueue, Viewpoint, unpack};
+use crate::gpu::shared::{BrickCopy, BrickResult, LightBrick, NONE, PAGE_WORDS};
 use glam::{DVec3, IVec3, UVec3};
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Who gets memory is decided again when the camera has moved this far, in bricks.
 const ANCHOR_BRICKS: f64 = 4.0;
-
-/// Bricks lit in one frame at most: one workgroup each.
-const CHOSEN_MAX: usize = 65_535;
 
 /// A resident brick.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,14 +14,10 @@ struct Brick {
     /// First page and pages in `world_bricks`; 0 pages: nothing in it.
     page: u32,
     pages: u32,
-    faces: u32,
     /// Faces that have no light because nothing reaches them.
     unreached: u32,
-    /// Lighting updates since the lights of `epoch`.
-    updates: u32,
-    epoch: u32,
-    /// Its place in the queue for lighting.
-    due: u64,
+    /// Its turn to be lit, if it has faces.
+    turn: Option<u32>,
 }
 
 /// A brick to be voxelised.
@@ -41,7 +34,9 @@ struct Waiting {
 struct Census {
     missing: u32,
     left_out: u32,
-    bounds: Option<(IVec3, IVec3)>,
+    /// Those of the missing that have been tried, and the pages that they will take.
+    tried: u64,
+    tried_pages: u64,
 }
 
 /// A voxelised brick whose result has arrived.
@@ -65,28 +60,27 @@ pub struct BrickTable {
     extent: UVec3,
     /// Low corner of the window, in groups.
     window: Option<IVec3>,
-    resident: HashMap<IVec3, Brick>,
-    waiting: HashMap<IVec3, Waiting>,
-    in_flight: HashSet<IVec3>,
+    resident: FxHashMap<IVec3, Brick>,
+    /// Resident bricks that take pages, by their places along the axes.
+    filled: AxisCounts,
+    waiting: FxHashMap<IVec3, Waiting>,
+    in_flight: FxHashSet<IVec3>,
     /// Touched again while in flight.
-    dirty: HashSet<IVec3>,
+    dirty: FxHashSet<IVec3>,
     /// Their triangles alone need more memory than there is.
-    oversized: HashSet<IVec3>,
+    oversized: FxHashSet<IVec3>,
     /// Bricks.
     anchor: DVec3,
     /// Distance from the anchor, squared; infinite while everything fits.
     reach: f64,
     /// Memory has been freed, or the anchor has moved: `reach` may be too short.
     freed: bool,
-    faces: u32,
     unreached: u32,
     /// New bricks since everything was there.
     entered: u32,
     /// Frames so far.
     clock: u64,
     lighting: LightQueue,
-    /// Counts the changes of the lights.
-    epoch: u32,
     /// None: something has changed since it was taken.
     census: Option<Census>,
     /// Nothing has changed since nothing was found to voxelise.
@@ -103,6 +97,7 @@ impl BrickTable {
             extent,
             window: None,
             resident,
+            filled: AxisCounts::new(extent * 4),
             waiting,
             in_flight,
             dirty,
@@ -110,12 +105,10 @@ impl BrickTable {
             anchor: DVec3::INFINITY,
             reach: f64::INFINITY,
             freed: false,
-            faces: 0,
             unreached: 0,
             entered: 0,
             clock: 0,
             lighting: LightQueue::default(),
-            epoch: 0,
             census: None,
             quiet: false,
         }
@@ -137,13 +130,12 @@ impl BrickTable {
         }
         let absent = |b: &&IVec3| !self.resident.contains_key(*b);
         let missing = self.waiting.keys().chain(&self.in_flight).chain(&self.oversized).filter(absent).count();
-        let beyond = self.waiting.keys().filter(|b| self.distance(**b) >= self.reach).filter(absent).count();
-        let filled = self.resident.iter().filter(|(_, b)| b.pages > 0).map(|(p, _)| (*p, *p + 1));
-        let census = Census {
-            missing: missing as u32,
-            left_out: (beyond + self.oversized.iter().filter(absent).count()) as u32,
-            bounds: filled.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))),
-        };
+        let waits = |b: &&IVec3| self.is_full() && self.distance(**b) >= self.reach;
+        let beyond = self.waiting.keys().filter(waits).filter(absent).count();
+        let tried = self.waiting.iter().filter(|(b, _)| absent(b)).filter_map(|(_, w)| w.pages);
+        let (tried, tried_pages) = tried.fold((0, 0), |(n, sum), pages| (n + 1, sum + u64::from(pages)));
+        let left_out = (beyond + self.oversized.iter().filter(absent).count()) as u32;
+        let census = Census { missing: missing as u32, left_out, tried, tried_pages };
         *self.census.insert(census)
     }
 
@@ -168,8 +160,8 @@ impl BrickTable {
     }
 
     /// Bounds of the resident bricks, in bricks.
-    pub fn bounds(&mut self) -> Option<(IVec3, IVec3)> {
-        self.census().bounds
+    pub fn bounds(&self) -> Option<(IVec3, IVec3)> {
+        self.filled.bounds(self.window())
     }
 
     /// Whether what can be here is here, more than a quarter of it since the last time that this was so.
@@ -191,9 +183,7 @@ impl BrickTable {
     /// which counts as the mean of the others.
     pub fn demand(&mut self, arriving: &[Finished]) -> u32 {
         let new = arriving.iter().filter(|f| !self.resident.contains_key(&f.position)).count() as u64;
-        let absent = self.waiting.iter().filter(|(b, _)| !self.resident.contains_key(*b));
-        let (tried, tried_pages) =
-            absent.filter_map(|(_, w)| w.pages).fold((0, 0), |(n, sum), pages| (n + 1, sum + u64::from(pages)));
+        let Census { tried, tried_pages, .. } = self.census();
         // What arrives is still in flight, and so among the missing.
         let known = self.resident.len() as u64 + new + tried;
         let unknown = u64::from(self.missing()) - new - tried;
@@ -203,7 +193,7 @@ impl BrickTable {
 
     /// Lit faces resident.
     pub fn faces(&self) -> u32 {
-        self.faces
+        self.lighting.faces()
     }
 
     /// Faces resident that have no light because nothing reaches them.
@@ -277,7 +267,11 @@ impl BrickTable {
         for brick in leaving {
             self.evict(brick);
         }
-        self.waiting.clear();
+        // While these are outside nobody tells that they change.
+        let outside: Vec<IVec3> = self.in_flight.iter().copied().filter(|b| !self.covers(*b)).collect();
+        self.dirty.extend(outside);
+        // What is resident and has changed is still to be redone.
+        self.waiting.retain(|b, _| self.resident.contains_key(b));
         self.oversized.clear();
         self.freed = true;
         self.changed();
@@ -300,9 +294,9 @@ impl BrickTable {
         self.touch(&entering);
     }
 
-    /// The bricks of the window, low corner and size; none before the first camera.
-    pub fn window_bricks(&self) -> Option<(IVec3, IVec3)> {
-        self.window.map(|w| (w * 4, (self.extent * 4).as_ivec3()))
+    /// The bricks of the window; none before the first camera.
+    pub fn window_bricks(&self) -> Option<BrickWindow> {
+        self.window.map(|w| BrickWindow { low: w * 4, size: (self.extent * 4).as_ivec3() })
     }
 
     /// Queues bricks whose triangles changed.
@@ -333,9 +327,11 @@ impl BrickTable {
         self.waiting.entry(brick).or_insert(Waiting { since, pages }).pages = pages;
     }
 
-    /// A brick has lost all its triangles: unless it must still be seen to vanish, there is nothing to wait for.
+    /// A brick has lost all its triangles: unless it must still be seen to vanish, there is nothing to wait for, nor to
+    /// keep.
     pub fn forget(&mut self, brick: IVec3) {
-        if !self.resident.contains_key(&brick) {
+        if self.resident.get(&brick).is_none_or(|b| b.pages == 0) {
+            self.resident.remove(&brick);
             self.waiting.remove(&brick);
             self.changed();
         }
@@ -381,17 +377,8 @@ impl BrickTable {
         let arriving = self.in_flight.iter().filter(|b| !self.resident.contains_key(*b)).map(|b| (*b, mean));
         let mut all: Vec<(f64, u32)> =
             resident.chain(waiting).chain(arriving).map(|(b, pages)| (self.distance(b), pages)).collect();
-        all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         // Holes between bricks are not all of use.
-        let mut left = self.pages.capacity() - self.pages.capacity() / 32;
-        let beyond = all.into_iter().find(|(_, pages)| match left.checked_sub(*pages) {
-            Some(rest) => {
-                left = rest;
-                false
-            }
-            None => true,
-        });
-        self.reach = beyond.map_or(f64::INFINITY, |(distance, _)| distance);
+        self.reach = first_beyond(&mut all, self.pages.capacity() - self.pages.capacity() / 32);
     }
 
     /// Marks a brick as handed to the GPU.
@@ -421,30 +408,31 @@ impl BrickTable {
         for Finished { position, result } in accepted {
             let pages = result.words.div_ceil(PAGE_WORDS);
             if pages == 0 {
+                self.grid.remove(*position);
                 self.resident.insert(*position, Brick::default());
                 continue;
             }
             let Some(page) = self.place(pages, *position, &mut farthest) else {
+                self.grid.remove(*position);
                 self.reach = self.reach.min(self.distance(*position));
                 self.wait(*position, Some(pages));
                 continue;
             };
-            let distance = self.distance(*position).sqrt();
-            let due = if result.faces > 0 { self.lighting.enter(*position, distance) } else { 0 };
-            let BrickResult { faces, unreached, .. } = *result;
-            let brick = Brick { page, pages, faces, unreached, updates: 0, epoch: self.epoch, due };
-            self.resident.insert(*position, brick);
-            self.faces += faces;
+            let (distance, target_word) = (self.distance(*position).sqrt(), page * PAGE_WORDS);
+            let BrickResult { words, offset, faces, unreached, .. } = *result;
+            let turn = (faces > 0).then(|| self.lighting.enter(*position, target_word, faces, distance));
+            self.resident.insert(*position, Brick { page, pages, unreached, turn });
+            self.filled.add(*position);
             self.unreached += unreached;
-            let target_word = page * PAGE_WORDS;
-            copies.push((*position, BrickCopy { source: result.offset, target_word, words: result.words, unused: 0 }));
+            copies.push((*position, BrickCopy { source: offset, target_word, words, unused: 0 }));
         }
         // A brick may have lost its place to a nearer one of the same batch.
         copies.retain(|(p, c)| self.resident.get(p).is_some_and(|b| b.page * PAGE_WORDS == c.target_word));
         copies.into_iter().map(|(_, copy)| copy).collect()
     }
 
-    /// Takes a voxelised brick off the GPU's hands and frees what it had. Whether it is what is to be shown.
+    /// Takes a voxelised brick off the GPU's hands and frees what it had, which the grid still shows. Whether it is what is
+    /// to be shown.
     fn accept(&mut self, finished: &Finished) -> bool {
         let Finished { position, result } = finished;
         let taken = self.takes(finished);
@@ -453,7 +441,7 @@ impl BrickTable {
         let pages = result.words.div_ceil(PAGE_WORDS);
         if taken {
             self.entered += u32::from(!self.resident.contains_key(position));
-            self.freed |= pages < self.evict(*position);
+            self.freed |= pages < self.vacate(*position);
         } else if self.covers(*position) {
             self.wait(*position, (!dirty).then_some(pages));
         }
@@ -462,13 +450,23 @@ impl BrickTable {
 
     /// Frees a resident brick; the pages that it had.
     fn evict(&mut self, brick: IVec3) -> u32 {
+        let pages = self.vacate(brick);
+        if pages > 0 {
+            self.grid.remove(brick);
+        }
+        pages
+    }
+
+    /// Frees a resident brick, which the grid still shows; the pages that it had.
+    fn vacate(&mut self, brick: IVec3) -> u32 {
         let Some(old) = self.resident.remove(&brick) else { return 0 };
         if old.pages > 0 {
             self.pages.free(old.page, old.pages);
-            self.grid.remove(brick);
-            self.faces -= old.faces;
+            self.filled.remove(brick);
             self.unreached -= old.unreached;
-            self.lighting.remove(brick, old.due);
+        }
+        if let Some(turn) = old.turn {
+            self.lighting.leave(turn);
         }
         old.pages
     }
@@ -498,10 +496,12 @@ impl BrickTable {
         }
     }
 
-    /// A brick that has lost its place: what it waits for already counts for more.
+    /// A brick that has lost its place: what it waits for already counts for more, and what is under way will come.
     fn wait_again(&mut self, brick: IVec3, pages: u32) {
         let since = self.clock;
-        self.waiting.entry(brick).or_insert(Waiting { since, pages: Some(pages) });
+        if !self.in_flight.contains(&brick) {
+            self.waiting.entry(brick).or_insert(Waiting { since, pages: Some(pages) });
+        }
     }
 
     /// Resident bricks that take pages, nearest to the anchor first.
@@ -534,6 +534,9 @@ impl BrickTable {
             }
             moves.push([brick.page, next, brick.pages]);
             self.resident.insert(position, Brick { page: next, ..brick });
+            if let Some(turn) = brick.turn {
+                self.lighting.relocate(turn, next * PAGE_WORDS);
+            }
             let shown = self.grid.insert(position, next * PAGE_WORDS);
             debug_assert!(shown, "its entry is only replaced");
             next += brick.pages;
@@ -543,59 +546,42 @@ impl BrickTable {
         moves
     }
 
-    /// Chooses bricks for lighting, those that are due first, up to `budget` faces and `bricks_max` bricks, each to be lit
-    /// `sweeps` times; `asks`: whether a brick's rays may ask for light. Returns them with the number of their faces.
-    pub fn choose_for_light(
-        &mut self,
-        budget: u32,
-        bricks_max: usize,
-        sweeps: u32,
-        camera: DVec3,
-        asks: impl Fn(IVec3) -> bool,
-    ) -> (Vec<LightBrick>, u32) {
+    /// Chooses bricks for lighting, those that are due first. Returns them with the number of their faces.
+    pub fn choose_for_light(&mut self, budget: &LightBudget, camera: DVec3) -> (Vec<LightBrick>, u32) {
         let window = self.window();
-        let (mut chosen, mut faces, mut again) = (Vec::new(), 0, Vec::new());
-        while chosen.len() < CHOSEN_MAX.min(bricks_max) {
-            let Some(position) = self.lighting.first() else { break };
-            let brick = self.resident.get_mut(&position).expect("what is to be lit is resident");
-            if faces + brick.faces > budget {
-                break;
-            }
-            self.lighting.remove(position, brick.due);
-            if brick.epoch != self.epoch {
-                (brick.epoch, brick.updates) = (self.epoch, 0);
-            }
-            let p = (position - window).as_uvec3();
-            chosen.push(LightBrick {
-                base: brick.page * PAGE_WORDS,
-                position: p.x | p.y << 10 | p.z << 20 | if asks(position) { ASKS } else { 0 },
-                first_face: faces,
-                alpha: alpha(brick.updates),
-            });
-            faces += brick.faces;
-            brick.updates += sweeps;
-            again.push(position);
-        }
-        for position in again {
-            let distance = (position.as_dvec3() + 0.5 - camera).length();
-            let brick = self.resident.get_mut(&position).expect("it has just been lit");
-            brick.due = self.lighting.enter_again(position, self.clock, distance);
-        }
+        let (chosen, faces) = self.lighting.choose(budget, self.clock, window, camera);
+        debug_assert!(chosen.iter().all(|b| self.grid.find(window + unpack(b.position)) == Some(b.base)));
         (chosen, faces)
     }
 
-    /// Forgets what lighting has settled: everything converges anew. Whose turn it is stays: lights that change every
-    /// frame keep no brick from being lit.
+    /// Forgets what lighting has settled: everything converges anew.
     pub fn invalidate_lighting(&mut self) {
-        self.epoch = self.epoch.wrapping_add(1);
+        self.lighting.invalidate();
     }
 }
 
-/// Weight of a brick's next lighting update: whole at first, so that light travels a bounce an update, then an average
-/// over ever more updates.
-fn alpha(updates: u32) -> f32 {
-    1.0 / (1.0 + (updates.min(768).saturating_sub(24) as f32) / 24.0)
+/// The distance of the first brick, nearest first, that so many pages do not suffice for; infinite if all have theirs.
+/// `bricks`: distance and pages; left in any order.
+fn first_beyond(mut bricks: &mut [(f64, u32)], pages: u32) -> f64 {
+    let mut left = u64::from(pages);
+    while !bricks.is_empty() {
+        let half = bricks.len() / 2;
+        let (nearer, at, farther) =
+            std::mem::take(&mut bricks).select_nth_unstable_by(half, |a, b| a.0.total_cmp(&b.0));
+        let before: u64 = nearer.iter().map(|(_, pages)| u64::from(*pages)).sum();
+        if before > left {
+            bricks = nearer;
+        } else if before + u64::from(at.1) > left {
+            return at.0;
+        } else {
+            left -= before + u64::from(at.1);
+            bricks = farther;
+        }
+    }
+    f64::INFINITY
 }
 
+#[cfg(test)]
+mod histories;
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,7 @@ use super::Device;
 use super::shaders::{BindingKind, SHADERS, Shader};
 use crate::error::{Error, Result};
 use ash::vk;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// A shader's pipeline and layouts.
 pub struct Pipeline {
@@ -16,7 +16,7 @@ pub struct Pipeline {
 
 /// All pipelines, by pass.
 pub struct Pipelines {
-    by_name: HashMap<&'static str, Pipeline>,
+    by_name: FxHashMap<&'static str, Pipeline>,
 }
 
 pub fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
@@ -36,7 +36,7 @@ impl Pipelines {
 
     /// Creates those of the given shaders.
     pub fn of(device: &Device, shaders: impl IntoIterator<Item = &'static Shader>) -> Result<Self> {
-        let mut all = Self { by_name: HashMap::new() };
+        let mut all = Self { by_name: FxHashMap::default() };
         for shader in shaders {
             let mut pipeline = Pipeline {
                 shader,

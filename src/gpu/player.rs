@@ -3,12 +3,12 @@
 //! Barriers are coarse: one global memory barrier where a pass touches something that was written (or writes something
 //! that was read) since the last one. Passes without such a meeting overlap.
 
-use super::pipelines::descriptor_type;
+use super::pipelines::{Pipeline, descriptor_type};
 use super::{Buffer, Device, Location, Pipelines, Timing};
 use crate::error::{Error, Result};
 use crate::frame::{Command, Frame, Groups};
 use ash::vk;
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// What a name stands for in one frame.
 #[derive(Clone, Copy)]
@@ -25,6 +25,16 @@ impl Bound {
         match self {
             Self::Buffer(buffer, ..) => buffer.as_raw(),
             Self::Image(view, _) => view.as_raw(),
+        }
+    }
+
+    /// What a descriptor holds: one of the two.
+    fn infos(self) -> (Option<vk::DescriptorBufferInfo>, Option<vk::DescriptorImageInfo>) {
+        match self {
+            Self::Buffer(buffer, offset, range) => (Some(vk::DescriptorBufferInfo { buffer, offset, range }), None),
+            Self::Image(image_view, image_layout) => {
+                (None, Some(vk::DescriptorImageInfo { image_view, image_layout, ..Default::default() }))
+            }
         }
     }
 }
@@ -118,16 +128,24 @@ impl Slot {
     }
 }
 
+/// A pass's pipeline, and what its names stand for in this frame.
+struct Prepared<'a> {
+    pipeline: &'a Pipeline,
+    set: vk::DescriptorSet,
+    reads: Vec<u64>,
+    writes: Vec<u64>,
+}
+
 /// Records one frame.
 pub struct Player<'a> {
     device: &'a Device,
     pipelines: &'a Pipelines,
     commands: vk::CommandBuffer,
-    bound: HashMap<&'static str, Bound>,
-    sets: HashMap<&'static str, vk::DescriptorSet>,
-    replaced: HashMap<&'static str, Replaced>,
-    written: HashSet<u64>,
-    read: HashSet<u64>,
+    bound: FxHashMap<&'static str, Bound>,
+    prepared: FxHashMap<&'static str, Prepared<'a>>,
+    replaced: FxHashMap<&'static str, Replaced>,
+    written: FxHashSet<u64>,
+    read: FxHashSet<u64>,
     /// Nothing has been recorded yet: earlier frames may have written anything.
     fresh: bool,
 }
@@ -137,11 +155,11 @@ impl<'a> Player<'a> {
         device: &'a Device,
         pipelines: &'a Pipelines,
         commands: vk::CommandBuffer,
-        bound: HashMap<&'static str, Bound>,
-        replaced: HashMap<&'static str, Replaced>,
+        bound: FxHashMap<&'static str, Bound>,
+        replaced: FxHashMap<&'static str, Replaced>,
     ) -> Self {
-        let (sets, written, read) = Default::default();
-        Self { device, pipelines, commands, bound, sets, replaced, written, read, fresh: true }
+        let (prepared, written, read) = Default::default();
+        Self { device, pipelines, commands, bound, prepared, replaced, written, read, fresh: true }
     }
 
     /// Records the list. The slot's upload buffer takes at most `upload_limit` bytes, which must hold the frame's.
@@ -157,7 +175,7 @@ impl<'a> Player<'a> {
                     let Bound::Buffer(buffer, offset, size) = self.resource(name)? else {
                         return Err(Error::invalid(format!("{name} is not a buffer")));
                     };
-                    self.synchronise(&[], &[buffer_key(buffer)]);
+                    self.synchronise(&[], &[buffer_key(buffer)], None);
                     // SAFETY: recording; the range is the buffer's.
                     unsafe { self.device.raw.cmd_fill_buffer(self.commands, buffer, offset, size, 0) };
                 }
@@ -182,26 +200,22 @@ impl<'a> Player<'a> {
         if kept.is_empty() {
             return;
         }
-        self.synchronise(&[buffer_key(old)], &[buffer_key(new)]);
+        self.synchronise(&[buffer_key(old)], &[buffer_key(new)], None);
         // SAFETY: recording; every region lies in both buffers, and no two of them meet.
         unsafe { self.device.raw.cmd_copy_buffer(self.commands, old, new, &kept) };
     }
 
     fn dispatch(&mut self, pass: &'static str, groups: &Groups, push: &[u8], slot: &Slot) -> Result<()> {
-        let pipeline = self.pipelines.get(pass);
-        let (mut reads, mut writes) = (Vec::new(), Vec::new());
-        for binding in pipeline.shader.bindings {
-            let key = self.resource(binding.name)?.key();
-            if binding.writes { writes.push(key) } else { reads.push(key) }
-        }
-        if let Groups::Indirect(name) = groups {
-            reads.push(self.resource(name)?.key());
-        }
-        self.synchronise(&reads, &writes);
-        let set = match self.sets.get(pass) {
-            Some(set) => *set,
-            None => self.make_set(pass, slot)?,
+        let prepared = match self.prepared.remove(pass) {
+            Some(prepared) => prepared,
+            None => self.prepare(pass, slot)?,
         };
+        let arguments = match groups {
+            Groups::Direct(_) => None,
+            Groups::Indirect(name) => Some(self.resource(name)?),
+        };
+        self.synchronise(&prepared.reads, &prepared.writes, arguments.map(Bound::key));
+        let Prepared { pipeline, set, .. } = prepared;
         let (raw, commands) = (&self.device.raw, self.commands);
         let point = vk::PipelineBindPoint::COMPUTE;
         // SAFETY: recording; pipeline, layout and set belong together and live until the slot comes round again.
@@ -211,65 +225,55 @@ impl<'a> Player<'a> {
             if !push.is_empty() {
                 raw.cmd_push_constants(commands, pipeline.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
             }
-            match groups {
-                Groups::Direct([x, y, z]) => raw.cmd_dispatch(commands, *x, *y, *z),
-                Groups::Indirect(name) => {
-                    let Bound::Buffer(buffer, offset, _) = self.resource(name)? else {
-                        return Err(Error::invalid(format!("{name} is not a buffer")));
-                    };
-                    raw.cmd_dispatch_indirect(commands, buffer, offset);
-                }
+            match (groups, arguments) {
+                (Groups::Direct([x, y, z]), _) => raw.cmd_dispatch(commands, *x, *y, *z),
+                (_, Some(Bound::Buffer(buffer, offset, _))) => raw.cmd_dispatch_indirect(commands, buffer, offset),
+                (name, _) => return Err(Error::invalid(format!("{name:?} is not a buffer"))),
             }
         }
+        self.prepared.insert(pass, prepared);
         Ok(())
     }
 
-    fn make_set(&mut self, pass: &'static str, slot: &Slot) -> Result<vk::DescriptorSet> {
+    fn prepare(&self, pass: &'static str, slot: &Slot) -> Result<Prepared<'a>> {
         let pipeline = self.pipelines.get(pass);
+        let bindings = pipeline.shader.bindings;
+        let resources = bindings.iter().map(|b| self.resource(b.name)).collect::<Result<Vec<_>>>()?;
+        let keys = |writes| {
+            let of = bindings.iter().zip(&resources).filter(move |(b, _)| b.writes == writes);
+            of.map(|(_, resource)| resource.key()).collect()
+        };
         let layouts = [pipeline.set_layout];
         let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(slot.pool).set_layouts(&layouts);
         // SAFETY: the pool is this slot's, which no frame in flight uses.
         let set = unsafe { self.device.raw.allocate_descriptor_sets(&info) }
             .map_err(Error::vulkan("vkAllocateDescriptorSets"))?[0];
-        let bindings = pipeline.shader.bindings;
-        let (mut buffers, mut images) = (Vec::new(), Vec::new());
-        for binding in bindings {
-            match self.resource(binding.name)? {
-                Bound::Buffer(buffer, offset, range) => {
-                    buffers.push([vk::DescriptorBufferInfo { buffer, offset, range }]);
-                }
-                Bound::Image(image_view, image_layout) => {
-                    images.push([vk::DescriptorImageInfo { image_view, image_layout, ..Default::default() }]);
-                }
-            }
-        }
-        let (mut next_buffer, mut next_image) = (buffers.iter(), images.iter());
-        let mut writes = Vec::with_capacity(bindings.len());
-        for binding in bindings {
-            let write = vk::WriteDescriptorSet::default()
-                .dst_set(set)
-                .dst_binding(binding.slot)
-                .descriptor_type(descriptor_type(binding.kind));
-            writes.push(match self.resource(binding.name)? {
-                Bound::Buffer(..) => write.buffer_info(next_buffer.next().expect("one a binding")),
-                Bound::Image(..) => write.image_info(next_image.next().expect("one a binding")),
-            });
-        }
+        let infos: Vec<_> = resources.iter().map(|resource| resource.infos()).collect();
+        let writes: Vec<_> = bindings
+            .iter()
+            .zip(&infos)
+            .map(|(binding, (buffer, image))| {
+                let write = vk::WriteDescriptorSet::default()
+                    .dst_set(set)
+                    .dst_binding(binding.slot)
+                    .descriptor_type(descriptor_type(binding.kind));
+                if buffer.is_some() { write.buffer_info(buffer.as_slice()) } else { write.image_info(image.as_slice()) }
+            })
+            .collect();
         // SAFETY: the infos live until the call returns; the set is not in use.
         unsafe { self.device.raw.update_descriptor_sets(&writes, &[]) };
-        self.sets.insert(pass, set);
-        Ok(set)
+        Ok(Prepared { pipeline, set, reads: keys(false), writes: keys(true) })
     }
 
     /// A barrier if the accesses meet earlier ones; then they are the latest.
-    fn synchronise(&mut self, reads: &[u64], writes: &[u64]) {
+    fn synchronise(&mut self, reads: &[u64], writes: &[u64], arguments: Option<u64>) {
         let meets = self.fresh
-            || reads.iter().any(|k| self.written.contains(k))
+            || reads.iter().chain(&arguments).any(|k| self.written.contains(k))
             || writes.iter().any(|k| self.written.contains(k) || self.read.contains(k));
         if meets {
             self.barrier();
         }
-        self.read.extend(reads);
+        self.read.extend(reads.iter().chain(&arguments));
         self.written.extend(writes);
     }
 

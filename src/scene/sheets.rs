@@ -5,11 +5,11 @@
 //! meets its front.) Everything else, open shells and loose triangles, keeps both sides.
 
 use glam::Vec3;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// For each triangle: whether both of its sides are surface.
 pub fn two_sided(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<bool> {
-    let mut welded = HashMap::new();
+    let mut welded = FxHashMap::default();
     let vertex: Vec<u32> = positions
         .iter()
         .map(|p| {
@@ -19,7 +19,7 @@ pub fn two_sided(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<bool> {
         })
         .collect();
     let mut bodies = Bodies::new(welded.len());
-    let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
+    let mut edges: FxHashMap<(u32, u32), i32> = FxHashMap::default();
     for t in triangles {
         let [a, b, c] = t.map(|i| vertex[i as usize]);
         bodies.join(a, b);

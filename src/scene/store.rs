@@ -3,7 +3,7 @@
 use super::{Light, MeshUpdate, Sky, sheets};
 use crate::error::{Error, Result};
 use glam::{DMat3, DVec3, Vec2, Vec3};
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// A registered mesh.
 #[derive(Debug, Default)]
@@ -33,7 +33,7 @@ pub struct Texture {
 }
 
 /// A placed mesh.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instance {
     pub mesh: u64,
     pub material: u64,
@@ -44,12 +44,15 @@ pub struct Instance {
 /// Everything the host said.
 #[derive(Default)]
 pub struct Scene {
-    pub meshes: HashMap<u64, Mesh>,
-    pub materials: HashMap<u64, Material>,
-    pub textures: HashMap<u64, Texture>,
-    pub instances: HashMap<u64, Instance>,
+    pub meshes: FxHashMap<u64, Mesh>,
+    pub materials: FxHashMap<u64, Material>,
+    pub textures: FxHashMap<u64, Texture>,
+    pub instances: FxHashMap<u64, Instance>,
     pub lights: Vec<Light>,
     pub sky: Sky,
+    /// Of all textures.
+    pub texel_bytes: u64,
+    emission_max: f32,
     /// Materials and textures changed since the GPU's copy was made.
     pub materials_changed: bool,
 }
@@ -66,16 +69,25 @@ where
 }
 
 impl Scene {
+    /// Largest emission of any material, above zero.
+    pub fn emission_max(&self) -> f32 {
+        self.emission_max.max(1e-6)
+    }
+
     /// Checks a whole batch before anything of it is applied.
     pub fn check(&self, update: &MeshUpdate) -> Result<()> {
-        let removed: HashSet<u64> = update.removed_instances.iter().copied().collect();
+        let given = Given::new(update);
         for id in update.removed_instances {
             self.instances.get(id).ok_or_else(|| Error::UnknownId(format!("instance {id}")))?;
         }
         for id in update.removed_meshes {
             self.meshes.get(id).ok_or_else(|| Error::UnknownId(format!("mesh {id}")))?;
-            if let Some((user, _)) = self.instances.iter().find(|(i, v)| v.mesh == *id && !removed.contains(i)) {
-                return Err(Error::invalid(format!("mesh {id} is still used by instance {user}")));
+        }
+        if !update.removed_meshes.is_empty() {
+            let removed: FxHashSet<u64> = update.removed_instances.iter().copied().collect();
+            let mut left = self.instances.iter().filter(|(id, _)| !removed.contains(id));
+            if let Some((user, Instance { mesh, .. })) = left.find(|(_, i)| given.removed_meshes.contains(&i.mesh)) {
+                return Err(Error::invalid(format!("mesh {mesh} is still used by instance {user}")));
             }
         }
         for t in update.textures {
@@ -93,17 +105,16 @@ impl Scene {
                 return Err(Error::invalid(format!("material {}: colours must not be negative", m.id)));
             }
             if let Some(t) = m.base_color_texture {
-                let known = self.textures.contains_key(&t) || update.textures.iter().any(|u| u.id == t);
+                let known = self.textures.contains_key(&t) || given.textures.contains(&t);
                 known.then_some(()).ok_or_else(|| Error::UnknownId(format!("texture {t} of material {}", m.id)))?;
             }
         }
         update.meshes.iter().try_for_each(check_mesh)?;
         for i in update.instances {
-            let mesh = self.meshes.contains_key(&i.mesh) && !update.removed_meshes.contains(&i.mesh)
-                || update.meshes.iter().any(|m| m.id == i.mesh);
+            let mesh = self.meshes.contains_key(&i.mesh) && !given.removed_meshes.contains(&i.mesh)
+                || given.meshes.contains(&i.mesh);
             mesh.then_some(()).ok_or_else(|| Error::UnknownId(format!("mesh {} of instance {}", i.mesh, i.id)))?;
-            let material =
-                self.materials.contains_key(&i.material) || update.materials.iter().any(|m| m.id == i.material);
+            let material = self.materials.contains_key(&i.material) || given.materials.contains(&i.material);
             material
                 .then_some(())
                 .ok_or_else(|| Error::UnknownId(format!("material {} of instance {}", i.material, i.id)))?;
@@ -114,9 +125,10 @@ impl Scene {
         Ok(())
     }
 
-    /// Applies a checked batch. Returns the instances whose surface changed (their old ones, for removal, by id).
-    pub fn apply(&mut self, update: &MeshUpdate) -> HashSet<u64> {
-        let mut changed: HashSet<u64> = update.removed_instances.iter().copied().collect();
+    /// Applies a checked batch. Returns the instances whose surface changed or went, by id, each once and in order.
+    pub fn apply(&mut self, update: &MeshUpdate) -> Vec<u64> {
+        let given = Given::new(update);
+        let mut changed = update.removed_instances.to_vec();
         for id in update.removed_instances {
             self.instances.remove(id);
         }
@@ -125,10 +137,7 @@ impl Scene {
         }
         for t in update.textures {
             self.textures.insert(t.id, Texture::reduced(t));
-            self.materials_changed = true;
         }
-        let replaced: HashSet<u64> = update.meshes.iter().map(|m| m.id).collect();
-        let repainted: HashSet<u64> = update.materials.iter().map(|m| m.id).collect();
         for m in update.materials {
             let material = Material {
                 base_color: Vec3::from(m.base_color).clamp(Vec3::ZERO, Vec3::ONE),
@@ -136,7 +145,11 @@ impl Scene {
                 texture: m.base_color_texture,
             };
             self.materials.insert(m.id, material);
+        }
+        if !update.textures.is_empty() || !update.materials.is_empty() {
             self.materials_changed = true;
+            self.texel_bytes = self.textures.values().map(|t| size_of_val(t.texels.as_slice()) as u64).sum();
+            self.emission_max = self.materials.values().map(|m| m.emission.max_element()).fold(0.0, f32::max);
         }
         for m in update.meshes {
             let positions: Vec<Vec3> = m.positions.iter().map(|p| Vec3::from(*p)).collect();
@@ -153,15 +166,45 @@ impl Scene {
                 linear: DMat3::from_cols(column(0), column(1), column(2)),
                 translation: DVec3::from(i.translation),
             };
-            self.instances.insert(i.id, instance);
-            changed.insert(i.id);
+            // What stays where it was costs nothing.
+            if self.instances.insert(i.id, instance) != Some(instance) {
+                changed.push(i.id);
+            }
         }
-        let rewoven: HashSet<u64> = update.textures.iter().map(|t| t.id).collect();
-        let textured = |m: &u64| self.materials.get(m).and_then(|m| m.texture).is_some_and(|t| rewoven.contains(&t));
-        let touched =
-            |i: &Instance| replaced.contains(&i.mesh) || repainted.contains(&i.material) || textured(&i.material);
-        changed.extend(self.instances.iter().filter(|(_, i)| touched(i)).map(|(id, _)| *id));
+        if !given.nothing_but_instances() {
+            let textured =
+                |m: &u64| self.materials.get(m).and_then(|m| m.texture).is_some_and(|t| given.textures.contains(&t));
+            let touched = |i: &Instance| {
+                given.meshes.contains(&i.mesh) || given.materials.contains(&i.material) || textured(&i.material)
+            };
+            changed.extend(self.instances.iter().filter(|(_, i)| touched(i)).map(|(id, _)| *id));
+        }
+        changed.sort_unstable();
+        changed.dedup();
         changed
+    }
+}
+
+/// The ids of an update.
+struct Given {
+    removed_meshes: FxHashSet<u64>,
+    textures: FxHashSet<u64>,
+    materials: FxHashSet<u64>,
+    meshes: FxHashSet<u64>,
+}
+
+impl Given {
+    fn new(update: &MeshUpdate) -> Self {
+        Self {
+            removed_meshes: update.removed_meshes.iter().copied().collect(),
+            textures: update.textures.iter().map(|t| t.id).collect(),
+            materials: update.materials.iter().map(|m| m.id).collect(),
+            meshes: update.meshes.iter().map(|m| m.id).collect(),
+        }
+    }
+
+    fn nothing_but_instances(&self) -> bool {
+        self.textures.is_empty() && self.materials.is_empty() && self.meshes.is_empty()
     }
 }
 
@@ -215,4 +258,32 @@ impl Texture {
 fn srgb_to_linear(value: u8) -> f32 {
     let v = f32::from(value) / 255.0;
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc};
+
+    fn instance(id: u64, x: f64) -> InstanceDesc {
+        let linear = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        InstanceDesc { id, mesh: id % 2, material: id % 3, linear, translation: [x, 0.0, 0.0] }
+    }
+
+    #[test]
+    fn only_what_changes_counts() {
+        let mut scene = Scene::default();
+        let mesh = |id| MeshDesc { id, positions: &[[0.0; 3]], uvs: &[], indices: &[0, 0, 0] };
+        let material = |id| MaterialDesc { id, base_color: [0.5; 3], emission: [0.0; 3], base_color_texture: None };
+        let instances: Vec<_> = (0..6).rev().map(|id| instance(id, 0.0)).collect();
+        let (meshes, materials) = ([0, 1].map(mesh), [0, 1, 2].map(material));
+        let all = MeshUpdate { meshes: &meshes, materials: &materials, instances: &instances, ..MeshUpdate::default() };
+        assert_eq!(scene.apply(&all), [0, 1, 2, 3, 4, 5]);
+        let same = MeshUpdate { instances: &instances, ..MeshUpdate::default() };
+        assert_eq!(scene.apply(&same), [0; 0], "what is where it was has not changed");
+        let moved = [instance(4, 0.0), instance(2, 1.0), instance(5, 0.0)];
+        assert_eq!(scene.apply(&MeshUpdate { instances: &moved, removed_instances: &[5, 1], ..same }), [1, 2, 5]);
+        assert_eq!(scene.apply(&MeshUpdate { meshes: &meshes[..1], ..MeshUpdate::default() }), [0, 2, 4]);
+        assert_eq!(scene.apply(&MeshUpdate { materials: &materials[2..], ..MeshUpdate::default() }), [2, 5]);
+    }
 }

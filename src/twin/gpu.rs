@@ -4,16 +4,18 @@ use super::vulkan::Host;
 use crate::context::DeviceHandles;
 use crate::frame::Frame;
 use crate::gpu::shaders::{SHADERS, TEST_SHADERS};
-use crate::gpu::{Bound, Buffer, Device, Location, Pipelines, Player, Slot};
+use crate::gpu::{Bound, Buffer, Device, Location, Pipelines, Player, Replaced, Slot};
 use ash::vk;
+use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
 /// A device with the pipelines of some passes and buffers by name. Fails when dropped if the validation layer spoke.
 pub struct Gpu {
     buffers: HashMap<&'static str, Buffer>,
-    slot: Slot,
+    /// None while it is in use.
+    slot: Option<Slot>,
     pipelines: Pipelines,
-    device: Device,
+    pub device: Device,
     pool: vk::CommandPool,
     host: Host,
 }
@@ -31,7 +33,7 @@ impl Gpu {
         let device = unsafe { Device::new(&handles) }.expect("a device that will do");
         let shaders = SHADERS.iter().chain(TEST_SHADERS).filter(|s| passes.contains(&s.name));
         let pipelines = Pipelines::of(&device, shaders).expect("pipelines");
-        let slot = Slot::new(&device).expect("a slot");
+        let slot = Slot::new(&device).ok();
         let info = vk::CommandPoolCreateInfo::default().queue_family_index(host.family);
         // SAFETY: the family is the device's.
         let pool = unsafe { host.device.create_command_pool(&info, None) }.expect("a command pool");
@@ -53,10 +55,22 @@ impl Gpu {
 
     /// Records the list, submits it and waits.
     pub fn run(&mut self, frame: &Frame) {
-        let raw = &self.host.device;
-        self.slot.recycle(&self.device).expect("recycled");
+        let mut slot = self.slot.take().expect("a slot");
+        slot.recycle(&self.device).expect("recycled");
         let whole = |(name, b): (&&'static str, &Buffer)| (*name, Bound::Buffer(b.raw, 0, b.size));
-        let bound = self.buffers.iter().map(whole).collect();
+        self.play(frame, self.buffers.iter().map(whole).collect(), FxHashMap::default(), &mut slot);
+        self.slot = Some(slot);
+    }
+
+    /// The same with resources that the caller names.
+    pub fn play(
+        &self,
+        frame: &Frame,
+        bound: FxHashMap<&'static str, Bound>,
+        replaced: FxHashMap<&'static str, Replaced>,
+        slot: &mut Slot,
+    ) {
+        let raw = &self.host.device;
         // SAFETY: ordinary recording and submission on this thread; the wait at the end frees everything for reuse.
         unsafe {
             raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::RELEASE_RESOURCES).expect("reset");
@@ -64,8 +78,8 @@ impl Gpu {
             let commands = raw.allocate_command_buffers(&info).expect("a command buffer");
             let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             raw.begin_command_buffer(commands[0], &begin).expect("recording");
-            let player = Player::new(&self.device, &self.pipelines, commands[0], bound, HashMap::new());
-            player.play(frame, &mut self.slot, u64::MAX).expect("a frame that can be played");
+            let player = Player::new(&self.device, &self.pipelines, commands[0], bound, replaced);
+            player.play(frame, slot, u64::MAX).expect("a frame that can be played");
             raw.end_command_buffer(commands[0]).expect("recorded");
             let queue = raw.get_device_queue(self.host.family, 0);
             let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
@@ -79,7 +93,7 @@ impl Gpu {
 impl Drop for Gpu {
     fn drop(&mut self) {
         self.buffers.drain().for_each(|(_, mut b)| b.destroy(&self.device));
-        self.slot.destroy(&self.device);
+        self.slot.take().into_iter().for_each(|mut s| s.destroy(&self.device));
         self.pipelines.destroy(&self.device);
         // SAFETY: nothing runs any more.
         unsafe { self.host.device.destroy_command_pool(self.pool, None) };

@@ -4,8 +4,8 @@
 //! the end. `pack`, `layout` and `world` read and write the data; `trace`, `voxelize` and `resolve` compute it;
 //! `gpu` runs the shaders with the validation layer on.
 
-mod gpu;
-mod layout;
+pub mod gpu;
+pub mod layout;
 mod pack;
 pub mod random;
 mod resolve;
@@ -14,7 +14,7 @@ mod tests;
 mod trace;
 mod triangle;
 mod voxelize;
-mod world;
+pub mod world;
 
 /// Rust twins of what only the test shaders declare.
 mod shared {

@@ -2,7 +2,7 @@
 
 use super::layout::{self, Brick, Voxel};
 use crate::bricks::Grid;
-use crate::gpu::shared::{BRICK_VOXELS, Frame, GROUP_VOXELS, PAGE_WORDS};
+use crate::gpu::shared::{BRICK_VOXELS, Frame, GROUP_VOXELS, GROUP_WORDS, PAGE_WORDS};
 use glam::{IVec3, UVec3};
 use std::collections::HashMap;
 
@@ -98,4 +98,16 @@ impl World {
         };
         Packed { grid: memory, bricks: words, frame, lights }
     }
+}
+
+/// Twin of lib/world.wgsl `find_brick`: the first word of a brick at a place in a window of `extent` groups whose low
+/// corner is `window` (bricks).
+pub fn find_brick(world_grid: &[u32], extent: UVec3, window: IVec3, brick: UVec3) -> Option<u32> {
+    let torus = (window >> 2i32).as_uvec3() & (extent - 1);
+    let g = ((brick >> 2u32) + torus) & (extent - 1);
+    let group = ((g.x + extent.x * (g.y + extent.y * g.z)) * GROUP_WORDS) as usize;
+    let bit = (brick.x & 3) | (brick.y & 3) << 2 | (brick.z & 3) << 4;
+    let mask = u64::from(world_grid[group]) | u64::from(world_grid[group + 1]) << 32;
+    let rank = (mask & ((1 << bit) - 1)).count_ones();
+    (mask >> bit & 1 == 1).then(|| world_grid[(world_grid[group + 2] + rank) as usize])
 }

@@ -9,7 +9,7 @@
 //! voxelised, fewer faces lit, farther bricks left out.
 
 use super::FrameScope;
-use crate::bricks::Grid;
+use crate::bricks::{Grid, unpack};
 use crate::context::ResourceSize;
 use crate::error::{Error, Result};
 use crate::frame::Command;
@@ -20,8 +20,8 @@ use crate::gpu::shared::{
 use crate::gpu::{Bound, Buffer, Location, Replaced, Slot};
 use crate::settings::Settings;
 use ash::vk;
-use glam::{IVec3, UVec3};
-use std::collections::HashMap;
+use glam::IVec3;
+use rustc_hash::FxHashMap;
 
 pub const PAGE_BYTES: u64 = PAGE_WORDS as u64 * 4;
 /// A brick with all faces of all voxels, all different, emissive.
@@ -160,9 +160,9 @@ pub struct BricksLimit {
 /// The world's buffers.
 pub struct Memory {
     shares: Shares,
-    buffers: HashMap<&'static str, Buffer>,
+    buffers: FxHashMap<&'static str, Buffer>,
     frames: Vec<FrameBuffers>,
-    replaced: HashMap<&'static str, Replaced>,
+    replaced: FxHashMap<&'static str, Replaced>,
 }
 
 impl Memory {
@@ -170,9 +170,9 @@ impl Memory {
     pub fn new(settings: &Settings, frames_in_flight: usize, grid_bytes: u64) -> Result<Self> {
         let memory = Self {
             shares: Shares::new(settings, frames_in_flight),
-            buffers: HashMap::new(),
+            buffers: FxHashMap::default(),
             frames: (0..frames_in_flight).map(|_| FrameBuffers::default()).collect(),
-            replaced: HashMap::new(),
+            replaced: FxHashMap::default(),
         };
         memory.check(&Fixed { grid: grid_bytes, ..Fixed::default() })?;
         Ok(memory)
@@ -457,14 +457,13 @@ impl Memory {
     pub fn requests(&self, index: usize) -> Vec<(IVec3, u32)> {
         let words = self.frames[index].counters.as_ref().map_or(Vec::new(), |b| b.read::<u32>(COUNTER_WORDS as usize));
         let places = words.chunks(2).skip(REQUESTS_WORD as usize / 2).filter(|place| place[0] > 0);
-        let cell = |word: u32| (UVec3::new(word, word >> 10, word >> 20) & 1023u32).as_ivec3() * 2;
-        places.map(|place| (cell(place[1]), place[0])).collect()
+        places.map(|place| (unpack(place[1]) * 2, place[0])).collect()
     }
 
     /// What the passes' names stand for in this slot's frame.
-    pub fn bindings(&self, index: usize) -> HashMap<&'static str, Bound> {
+    pub fn bindings(&self, index: usize) -> FxHashMap<&'static str, Bound> {
         let whole = |b: &Buffer| Bound::Buffer(b.raw, 0, b.size);
-        let mut bound: HashMap<_, _> = self.buffers.iter().map(|(name, b)| (*name, whole(b))).collect();
+        let mut bound: FxHashMap<_, _> = self.buffers.iter().map(|(name, b)| (*name, whole(b))).collect();
         let frame = &self.frames[index];
         let own = [("brick_results", &frame.results), ("counters", &frame.counters), ("payload", &frame.payload)];
         bound.extend(frame.source.map(|(raw, size)| ("brick_source", Bound::Buffer(raw, 0, size))));
@@ -473,7 +472,7 @@ impl Memory {
     }
 
     /// Buffers that others have replaced since the last call.
-    pub fn take_replaced(&mut self) -> HashMap<&'static str, Replaced> {
+    pub fn take_replaced(&mut self) -> FxHashMap<&'static str, Replaced> {
         std::mem::take(&mut self.replaced)
     }
 

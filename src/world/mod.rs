@@ -4,12 +4,14 @@ mod growth;
 mod memory;
 mod voxelization;
 
-use crate::bricks::{BrickTable, Cells, Finished, PrimitiveIndex, Regions, Viewpoint, WorldGrid};
+use crate::bricks::{
+    Batch, BrickTable, Cells, Finished, LightBudget, PrimitiveIndex, Regions, Viewpoint, WorldGrid, unpack,
+};
 use crate::context::ResourceSize;
 use crate::error::Result;
 use crate::frame::{Command, Frame};
 use crate::gpu::shared::{
-    Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
+    ASKS, Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
 };
 use crate::gpu::{Bound, Device, Replaced, Slot};
 use crate::passes;
@@ -17,7 +19,7 @@ use crate::scene::{Light, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
 use memory::{Fixed, Memory};
-use std::collections::{HashMap, HashSet};
+use rustc_hash::FxHashMap;
 
 /// Lighting sweeps a frame when the face budget allows: the more, the faster light travels.
 const SWEEPS_MAX: u32 = 4;
@@ -38,14 +40,16 @@ pub struct FrameScope<'a> {
 }
 
 impl<'a> FrameScope<'a> {
+    /// `frame` is empty.
     pub fn new(
         device: &'a Device,
         settings: &'a Settings,
         slots: &'a mut [Slot],
         index: usize,
         frame_index: u32,
+        frame: Frame,
     ) -> Self {
-        Self { device, settings, slots, index, frame_index, upload_reserve: 0, frame: Frame::default() }
+        Self { device, settings, slots, index, frame_index, upload_reserve: 0, frame }
     }
 
     fn slot(&mut self) -> &mut Slot {
@@ -70,11 +74,11 @@ pub struct World {
     /// The world, all of its faces lit, does not fit into its memory.
     short: bool,
     pub grid: WorldGrid,
-    /// Corners of everything that has ever been in the scene, voxels.
-    bounds: Option<(DVec3, DVec3)>,
     memory: Memory,
     flights: Vec<Flight>,
-    material_index: HashMap<u64, u32>,
+    /// The last frame's; kept for its memory.
+    batch: Batch,
+    material_index: FxHashMap<u64, u32>,
     /// Materials have changed, and there is no room for the new ones yet.
     materials_wait: bool,
     /// Mean words of the bricks seen so far.
@@ -114,9 +118,9 @@ impl World {
                 voxel_size: f64::from(settings.voxel_size),
                 offset: DVec3::from(settings.grid_offset.map(f64::from)),
             },
-            bounds: None,
             flights: vec![Flight::default(); frames_in_flight],
-            material_index: HashMap::new(),
+            batch: Batch::default(),
+            material_index: FxHashMap::default(),
             materials_wait: false,
             mean_words: 1024.0,
             spare: 0,
@@ -139,40 +143,29 @@ impl World {
     }
 
     /// Re-registers changed instances and queues the bricks that they left or touch.
-    pub fn instances_changed(&mut self, changed: &HashSet<u64>, scene: &Scene) {
-        let mut ids: Vec<u64> = changed.iter().copied().collect();
-        ids.sort_unstable();
-        for (low, high) in ids.iter().filter_map(|id| instance_bounds(*id, scene, &self.grid)) {
-            let (a, b) = self.bounds.unwrap_or((low, high));
-            self.bounds = Some((a.min(low), b.max(high)));
-        }
-        // Without a window yet, the first camera brings everything in.
-        let Some(window) = self.table.window_bricks() else { return };
-        for id in ids {
-            let left = self.primitives.remove(id);
-            self.table.touch(&left);
-            let entered = self.primitives.insert(id, scene, &self.grid, window);
-            self.table.touch(&entered);
+    pub fn instances_changed(&mut self, changed: &[u64], scene: &Scene) {
+        let Self { table, primitives, regions, grid, .. } = self;
+        let mut touch = |bricks: &[IVec3]| {
+            table.touch(bricks);
             // Of what is not resident, what was known is no longer true.
-            left.iter().chain(&entered).filter(|b| !self.table.holds(**b)).for_each(|b| self.regions.forget(*b));
-            left.into_iter().filter(|b| !self.primitives.holds(*b)).for_each(|b| self.table.forget(b));
+            bricks.iter().filter(|b| !table.holds(**b)).for_each(|b| regions.forget(*b));
+        };
+        let left = primitives.remove(changed);
+        touch(&left);
+        for id in changed.iter().filter(|id| scene.instances.contains_key(id)) {
+            touch(primitives.insert(*id, scene, grid));
         }
+        left.into_iter().filter(|b| !self.primitives.holds(*b)).for_each(|b| self.table.forget(b));
     }
 
     /// Follows the camera; a window that moved holds other triangles.
     fn follow(&mut self, eye: DVec3, scene: &Scene) {
-        if !self.table.follow(eye, self.bounds) {
-            return;
+        if self.table.follow(eye, self.primitives.bounds) {
+            let window = self.table.window_bricks().expect("it has just moved");
+            self.primitives.follow(window, scene, &self.grid);
+            self.table.enter(self.primitives.bricks());
+            self.regions.retain(|brick| window.holds(brick));
         }
-        self.regions.retain(|brick| self.table.covers(brick));
-        let window = self.table.window_bricks().expect("it has just moved");
-        self.primitives.clear();
-        let mut ids: Vec<u64> = scene.instances.keys().copied().collect();
-        ids.sort_unstable();
-        for id in ids {
-            self.primitives.insert(id, scene, &self.grid, window);
-        }
-        self.table.enter(self.primitives.bricks());
     }
 
     /// Everything converges anew: the lights have changed.
@@ -184,6 +177,11 @@ impl World {
     /// Frames that a view's history may average: few while the world is changing.
     pub fn history_max(&self, settings: &Settings) -> u32 {
         settings.temporal_frames.min(self.steady_frames.max(8))
+    }
+
+    /// Bricks that the slot's last frame voxelises.
+    pub fn voxelizing(&self, index: usize) -> u32 {
+        self.flights[index].bricks.len() as u32
     }
 
     /// Rays that the slot's last frame traced.
@@ -217,8 +215,7 @@ impl World {
 
     /// What cannot be refused. Materials count twice while old ones stand in the way of new ones.
     fn fixed(&self, scene: &Scene) -> Fixed {
-        let texels: usize = scene.textures.values().map(|t| size_of_val(t.texels.as_slice())).sum();
-        let materials = (scene.materials.len() * size_of::<GpuMaterial>() + texels) as u64;
+        let materials = (scene.materials.len() * size_of::<GpuMaterial>()) as u64 + scene.texel_bytes;
         Fixed {
             grid: u64::from(self.table.grid.words()) * 4,
             materials: materials + if self.materials_wait { self.memory.materials_bytes() } else { 0 },
@@ -231,7 +228,7 @@ impl World {
             return Ok(());
         }
         let mut texels: Vec<u32> = Vec::new();
-        let mut places = HashMap::new();
+        let mut places = FxHashMap::default();
         let mut textures: Vec<_> = scene.textures.iter().collect();
         textures.sort_by_key(|t| t.0);
         for (id, texture) in textures {
@@ -275,12 +272,15 @@ impl World {
             let filled = finished.iter().filter(|f| f.result.words > 0).count().max(1);
             self.mean_words = 0.5 * self.mean_words + 0.5 * words as f32 / filled as f32;
         }
-        for Finished { position, result } in finished.iter().filter(|f| self.table.takes(f)) {
-            self.regions.arrive(*position, Cells::from_blocks(&result.occupied));
+        if scope.settings.region_culling {
+            for Finished { position, result } in finished.iter().filter(|f| self.table.takes(f)) {
+                self.regions.arrive(*position, Cells::from_blocks(&result.occupied));
+            }
         }
         self.fit_pages(scope, scene, &finished)?;
         self.table.share_out();
         let copies = self.table.finish(&finished);
+        finished.iter().filter(|f| !self.primitives.holds(f.position)).for_each(|f| self.table.forget(f.position));
         // What was lit in a world with holes must not linger.
         self.arriving = 0.75 * self.arriving + copies.len() as f64;
         if self.arriving * 20.0 > f64::from(self.table.resident()) {
@@ -320,7 +320,7 @@ impl World {
             bounds_min: relative(low),
             voxel_size: settings.voxel_size,
             bounds_max: relative(high),
-            emission_max: emission_max(scene),
+            emission_max: scene.emission_max(),
             sky: scene.sky.radiance,
             light_count: lights.len() as u32,
             seed_origin: (self.table.window() * 8).as_uvec3().to_array(),
@@ -336,8 +336,13 @@ impl World {
         let sweeps = (settings.light_faces_per_frame / total.max(1)).clamp(1, SWEEPS_MAX);
         let room = self.memory.fit_lighting(scope, total.min(settings.light_faces_per_frame))?;
         let budget = settings.light_faces_per_frame.min(room);
-        let bricks_max = self.memory.light_bricks(scope);
-        let (bricks, faces) = self.table.choose_for_light(budget, bricks_max, sweeps, camera, |b| self.regions.asks(b));
+        let budget = LightBudget { faces: budget, bricks: self.memory.light_bricks(scope), sweeps };
+        let (mut bricks, faces) = self.table.choose_for_light(&budget, camera);
+        if self.regions.any_masked() {
+            let window = self.table.window();
+            let asking = bricks.iter_mut().filter(|b| self.regions.asks(window + unpack(b.position)));
+            asking.for_each(|b| b.position |= ASKS);
+        }
         if !bricks.is_empty() {
             passes::light::light(
                 &mut scope.frame,
@@ -389,12 +394,12 @@ impl World {
     }
 
     /// What the passes' names stand for in this slot's frame.
-    pub fn bindings(&self, index: usize) -> HashMap<&'static str, Bound> {
+    pub fn bindings(&self, index: usize) -> FxHashMap<&'static str, Bound> {
         self.memory.bindings(index)
     }
 
     /// Buffers that others have replaced since the last call.
-    pub fn take_replaced(&mut self) -> HashMap<&'static str, Replaced> {
+    pub fn take_replaced(&mut self) -> FxHashMap<&'static str, Replaced> {
         self.memory.take_replaced()
     }
 
@@ -409,14 +414,5 @@ impl World {
     }
 }
 
-/// Corners of an instance, voxels.
-fn instance_bounds(id: u64, scene: &Scene, grid: &WorldGrid) -> Option<(DVec3, DVec3)> {
-    let instance = scene.instances.get(&id)?;
-    let place = |p: &Vec3| grid.to_voxels(instance.linear * p.as_dvec3() + instance.translation);
-    let corners = scene.meshes.get(&instance.mesh)?.positions.iter().map(|p| (place(p), place(p)));
-    corners.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-}
-
-fn emission_max(scene: &Scene) -> f32 {
-    scene.materials.values().map(|m| m.emission.max_element()).fold(1e-6, f32::max)
-}
+#[cfg(test)]
+mod histories;

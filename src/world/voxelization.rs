@@ -1,6 +1,6 @@
 //! Which bricks a frame voxelises.
 
-use super::{FrameScope, World, emission_max};
+use super::{FrameScope, World};
 use crate::bricks::{Batch, MAX_TRIANGLES, Viewpoint};
 use crate::error::Result;
 use crate::frame::Command;
@@ -43,7 +43,8 @@ impl World {
         let (brick_bytes, upload_bytes) = ((4.0 * expected) as u64, self.mean_upload as u64);
         let scratch = self.memory.scratch(scope, queue.len() as u32, [brick_bytes, upload_bytes], self.spare)?;
         let Some(scratch) = scratch else { return Ok(()) };
-        let mut batch = Batch::default();
+        let mut batch = std::mem::take(&mut self.batch);
+        batch.clear();
         let mut payload = 0.0;
         for (position, pages) in queue.into_iter().take(scratch.bricks) {
             let before = batch.triangles.len();
@@ -77,6 +78,7 @@ impl World {
             self.flights[scope.index].bricks.push(position);
         }
         if batch.bricks.is_empty() {
+            self.batch = batch;
             return Ok(());
         }
         self.idle = 0;
@@ -86,10 +88,11 @@ impl World {
         let how = Voxelization {
             batch: scratch.batch,
             payload_words: scratch.payload_words,
-            emission_max: emission_max(scene),
+            emission_max: scene.emission_max(),
             hit_model: scope.settings.hit_model,
         };
         passes::bricks::voxelize(&mut scope.frame, &batch, &how);
+        self.batch = batch;
         Ok(())
     }
 
@@ -101,6 +104,7 @@ impl World {
             return;
         }
         self.memory.release_scratch(scope);
+        self.batch = Batch::default();
         // All slots have given back theirs: bricks with too many triangles may fit now.
         if self.idle == quiet + 1 + self.flights.len() {
             self.table.retry_oversized();

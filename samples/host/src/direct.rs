@@ -1,7 +1,7 @@
 //! Direct irradiance of the lights with hard shadows, by rays on the CPU.
 
 use crate::image::Image;
-use crate::scene::{FlatTriangle, Light};
+use crate::scene::Light;
 use glam::{DVec3, Vec3A};
 use obvhs::{BvhBuildParams, cwbvh::CwBvh, cwbvh::builder::build_cwbvh_from_tris, ray::Ray, triangle::Triangle};
 use rayon::prelude::*;
@@ -17,15 +17,10 @@ pub struct ShadowScene {
 }
 
 impl ShadowScene {
-    /// Builds the hierarchy.
-    pub fn new(triangles: &[FlatTriangle]) -> Self {
-        let triangles: Vec<Triangle> = triangles
-            .iter()
-            .map(|t| {
-                let [v0, v1, v2] = t.positions.map(Vec3A::from);
-                Triangle { v0, v1, v2 }
-            })
-            .collect();
+    /// Builds the hierarchy over world-space triangles.
+    pub fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
+        let triangle = |[v0, v1, v2]: [Vec3A; 3]| Triangle { v0, v1, v2 };
+        let triangles: Vec<Triangle> = triangles.iter().map(|t| triangle(t.map(Vec3A::from))).collect();
         let bvh = build_cwbvh_from_tris(&triangles, BvhBuildParams::medium_build(), &mut Duration::default());
         let ordered = bvh.primitive_indices.iter().map(|i| triangles[*i as usize]).collect();
         Self { bvh, triangles: ordered }

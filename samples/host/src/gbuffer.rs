@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::raster::{COLOR_FORMATS, DEPTH_FORMAT, Raster};
+use crate::raster::{COLOR_FORMATS, DEPTH_FORMAT, Draw, Raster};
 use crate::scene::SceneCamera;
 use crate::target::{Target, Use};
 use glam::{DMat4, DVec3, Mat4, Vec3};
@@ -86,17 +86,20 @@ impl GBuffer {
             timestamp_writes: None,
             occlusion_query_set: None::<&hal::QuerySet>,
         };
-        let vertices = wgpu_hal::BufferBinding::new_unchecked(raster.vertices(), 0, None);
+        let whole = |buffer| wgpu_hal::BufferBinding::new_unchecked(buffer, 0, None);
         // SAFETY: by the caller; everything bound lives in `raster` until the queue is idle.
         unsafe {
             encoder.begin_render_pass(&pass).map_err(Error::gpu("beginning the G-buffer pass"))?;
             encoder.set_render_pipeline(raster.pipeline());
             encoder.set_bind_group(raster.layout(), 0, raster.group(), &[]);
             encoder.set_immediates(raster.layout(), 0, &view_words(camera, [width, height]));
-            encoder.set_vertex_buffer(0, vertices);
+            encoder.set_vertex_buffer(0, whole(raster.vertices()));
+            encoder.set_vertex_buffer(1, whole(raster.instances()));
             encoder.set_viewport(&wgpu_hal::Rect { x: 0.0, y: 0.0, w: width as f32, h: height as f32 }, 0.0..1.0);
             encoder.set_scissor_rect(&wgpu_hal::Rect { x: 0, y: 0, w: width, h: height });
-            encoder.draw(0, raster.vertex_count, 0, 1);
+            for Draw { vertices, instances } in raster.draws() {
+                encoder.draw(vertices.start, vertices.len() as u32, instances.start, instances.len() as u32);
+            }
             encoder.end_render_pass();
         }
         Ok(())

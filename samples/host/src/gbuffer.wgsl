@@ -27,15 +27,24 @@ struct Corner {
     @location(3) @interpolate(flat) material: u32,
 }
 
+// Position and face normal in object space; from the instance: the columns of object to world, and the material.
 @vertex
 fn corner(
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) uv: vec2f,
-    @location(3) material: u32,
+    @location(3) x_axis: vec3f,
+    @location(4) y_axis: vec3f,
+    @location(5) z_axis: vec3f,
+    @location(6) translation: vec3f,
+    @location(7) material: u32,
 ) -> Corner {
-    let from_camera = position - view.position;
-    return Corner(view.clip * vec4f(from_camera, 1.0), from_camera, normal, uv, material);
+    let from_camera = mat3x3f(x_axis, y_axis, z_axis) * position + (translation - view.position);
+    // Cofactors carry normals under any scale; a mirrored instance turns its triangles around.
+    let cofactors = mat3x3f(cross(y_axis, z_axis), cross(z_axis, x_axis), cross(x_axis, y_axis));
+    let facing = select(1.0, -1.0, dot(x_axis, cofactors[0]) < 0.0);
+    let world_normal = facing * normalize(cofactors * normal);
+    return Corner(view.clip * vec4f(from_camera, 1.0), from_camera, world_normal, uv, material);
 }
 
 fn linear_from_srgb(color: vec3f) -> vec3f {

@@ -7,12 +7,13 @@ use crate::gpu::Gpu;
 use crate::image::Image;
 use crate::raster::Raster;
 use crate::readback;
-use crate::scene::{self, FlatTriangle, Light, Scene, SceneCamera, Sky};
+use crate::scene::{self, Instance, Light, Scene, SceneCamera, Sky};
 use crate::target::{Target, Use};
 use crate::upload;
 use ash::vk;
 use brickgi::{Context, ContextDesc, FrameInputs, Settings, Stats, ViewId};
 use glam::{DVec3, Vec3};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use wgpu_hal::{CommandEncoder as _, Device as _, Queue as _, vulkan as hal};
 use wgpu_types as wgt;
@@ -67,11 +68,14 @@ pub struct Host {
     gbuffer: GBuffer,
     output: Target,
     raster: Raster,
-    shadows: ShadowScene,
+    /// Of the current instances; built when first asked for.
+    shadows: Option<ShadowScene>,
     scene: Arc<Scene>,
+    instances: BTreeMap<u64, Instance>,
     lights: Vec<Light>,
     camera: SceneCamera,
-    camera_changed: bool,
+    /// The G-buffer is out of date.
+    picture_changed: bool,
     world_offset: [f64; 3],
     frames: u64,
     gpu: Arc<Gpu>,
@@ -84,8 +88,8 @@ impl Host {
         let size = options.size.unwrap_or([camera.width, camera.height]);
         check(size, options.frames_in_flight)?;
         let gpu = Arc::new(Gpu::open(options.validation)?);
-        let triangles: Vec<FlatTriangle> = scene::flatten(&options.scene);
-        let raster = Raster::new(&gpu, &options.scene, &triangles)?;
+        let mut raster = Raster::new(&gpu, &options.scene)?;
+        raster.place(&options.scene.instances, 0)?;
         let usage = wgt::TextureUses::STORAGE_READ_WRITE | wgt::TextureUses::COPY_DST;
         let mut output = Target::new(&gpu, "E_ind", wgt::TextureFormat::Rgba32Float, usage, size)?;
         clear(&gpu, &mut output)?;
@@ -104,11 +108,12 @@ impl Host {
             gbuffer: GBuffer::new(&gpu, size)?,
             output,
             raster,
-            shadows: ShadowScene::new(&triangles),
+            shadows: None,
+            instances: (0..).zip(options.scene.instances.iter().cloned()).collect(),
             lights: options.scene.lights.clone(),
             scene: options.scene,
             camera: camera.clone(),
-            camera_changed: true,
+            picture_changed: true,
             world_offset: options.world_offset,
             frames: 0,
             gpu,
@@ -121,6 +126,7 @@ impl Host {
     pub fn frame(&mut self) -> Result<()> {
         let index = (self.frames % self.slots.len() as u64) as usize;
         self.reclaim(index)?;
+        self.raster.collect((self.frames + 1).saturating_sub(self.slots.len() as u64));
         let mut slot = self.slots.swap_remove(index);
         let recorded = self.record(&mut slot.encoder);
         let result = recorded.and_then(|commands| self.submit(&mut slot, commands));
@@ -137,7 +143,23 @@ impl Host {
         }
         self.context.set_camera(self.view, &camera.to_gi(self.size(), self.world_offset))?;
         self.camera = camera;
-        self.camera_changed = true;
+        self.picture_changed = true;
+        Ok(())
+    }
+
+    /// Adds, moves and changes instances (`Some`) and removes them (`None`), by id, from the next frame on. The scene's
+    /// own have their indices as ids. Meshes and materials are the scene's. On an error nothing has changed.
+    pub fn update_instances(&mut self, changes: &[(u64, Option<Instance>)]) -> Result<()> {
+        upload::instances(&mut self.context, changes, self.world_offset)?;
+        for (id, instance) in changes {
+            match instance {
+                Some(instance) => self.instances.insert(*id, instance.clone()),
+                None => self.instances.remove(id),
+            };
+        }
+        self.raster.place(self.instances.values(), self.frames)?;
+        self.shadows = None;
+        self.picture_changed = true;
         Ok(())
     }
 
@@ -189,7 +211,8 @@ impl Host {
             let normal = Vec3::from(*normal.at(x, y)).as_dvec3().normalize_or_zero();
             (distance > 0.0).then(|| (eye + camera.pixel_ray(x, y, size) * distance, normal))
         };
-        Ok(self.shadows.render(size, &self.lights, surface))
+        let build = || ShadowScene::new(&scene::flatten(&self.scene.meshes, self.instances.values()));
+        Ok(self.shadows.get_or_insert_with(build).render(size, &self.lights, surface))
     }
 
     /// What brickgi holds and did.
@@ -265,9 +288,9 @@ impl Host {
         let [width, height] = self.size();
         // SAFETY: by the caller; images are in the layouts that `FrameInputs` asks for.
         unsafe {
-            if self.camera_changed {
+            if self.picture_changed {
                 self.gbuffer.record(encoder, &self.raster, &self.camera)?;
-                self.camera_changed = false;
+                self.picture_changed = false;
             }
             let commands = encoder.raw_handle();
             self.output.transition(commands, Use::Storage, true);

@@ -1,11 +1,13 @@
-//! The G-buffer's pipeline and the scene's buffers.
+//! The G-buffer's pipeline, the meshes' buffers and the instances to draw.
 
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::scene::{FlatTriangle, Scene};
+use crate::scene::{Instance, Mesh, Scene, face_normal};
 use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec3};
 use std::borrow::Cow;
 use std::mem::offset_of;
+use std::ops::Range;
 use std::sync::Arc;
 use wgpu_hal::{Device as _, vulkan as hal};
 use wgpu_types as wgt;
@@ -17,13 +19,27 @@ pub(crate) const DEPTH_FORMAT: wgt::TextureFormat = wgt::TextureFormat::Depth32F
 /// Size of the shader's `View` in bytes.
 pub(crate) const VIEW_BYTES: u32 = 80;
 
+/// In object space.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Vertex {
     position: [f32; 3],
     normal: [f32; 3],
     uv: [f32; 2],
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct InstanceEntry {
+    linear: [[f32; 3]; 3],
+    translation: [f32; 3],
     material: u32,
+}
+
+/// The instances of one mesh.
+pub(crate) struct Draw {
+    pub(crate) vertices: Range<u32>,
+    pub(crate) instances: Range<u32>,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -38,8 +54,14 @@ struct MaterialEntry {
 /// Everything that a G-buffer draw binds. `Option`s are empty only while dropping.
 pub(crate) struct Raster {
     gpu: Arc<Gpu>,
-    pub(crate) vertex_count: u32,
+    /// Vertices, materials, texels.
     buffers: Vec<hal::Buffer>,
+    /// By mesh, its part of the vertices.
+    meshes: Vec<Range<u32>>,
+    draws: Vec<Draw>,
+    instances: Option<hal::Buffer>,
+    /// Earlier instances, each with the last frame that may draw them.
+    retired: Vec<(u64, hal::Buffer)>,
     group_layout: Option<hal::BindGroupLayout>,
     group: Option<hal::BindGroup>,
     layout: Option<hal::PipelineLayout>,
@@ -48,25 +70,68 @@ pub(crate) struct Raster {
 }
 
 impl Raster {
-    pub(crate) fn new(gpu: &Arc<Gpu>, scene: &Scene, triangles: &[FlatTriangle]) -> Result<Self> {
+    /// Draws nothing until [`Self::place`].
+    pub(crate) fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
         let mut raster = Self {
             gpu: gpu.clone(),
-            vertex_count: triangles.len() as u32 * 3,
             buffers: Vec::new(),
+            meshes: Vec::new(),
+            draws: Vec::new(),
+            instances: None,
+            retired: Vec::new(),
             group_layout: None,
             group: None,
             layout: None,
             shader: None,
             pipeline: None,
         };
-        raster.upload(scene, triangles)?;
+        raster.upload(scene)?;
         raster.bind()?;
         raster.compile()?;
         Ok(raster)
     }
 
+    /// Replaces the instances drawn; `frame` is the number of the latest frame submitted.
+    pub(crate) fn place<'a>(&mut self, instances: impl IntoIterator<Item = &'a Instance>, frame: u64) -> Result<()> {
+        let mut instances: Vec<&Instance> = instances.into_iter().collect();
+        instances.sort_by_key(|instance| instance.mesh);
+        let entry = |instance: &&Instance| InstanceEntry {
+            linear: instance.linear,
+            translation: DVec3::from(instance.translation).as_vec3().to_array(),
+            material: instance.material as u32,
+        };
+        let entries: Vec<InstanceEntry> = instances.iter().map(entry).collect();
+        let bytes = bytemuck::cast_slice(&entries);
+        let buffer = self.gpu.filled_buffer("instances", wgt::BufferUses::VERTEX, bytes)?;
+        self.retired.extend(self.instances.replace(buffer).map(|old| (frame, old)));
+        self.draws.clear();
+        let mut first = 0;
+        for same in instances.chunk_by(|a, b| a.mesh == b.mesh) {
+            let end = first + same.len() as u32;
+            self.draws.push(Draw { vertices: self.meshes[same[0].mesh].clone(), instances: first..end });
+            first = end;
+        }
+        Ok(())
+    }
+
+    /// Frees what only frames up to `finished` drew; the GPU has finished those.
+    pub(crate) fn collect(&mut self, finished: u64) {
+        for (_, buffer) in self.retired.extract_if(.., |(frame, _)| *frame <= finished) {
+            // SAFETY: the GPU has finished every frame that drew from it.
+            unsafe { self.gpu.device.destroy_buffer(buffer) };
+        }
+    }
+
     pub(crate) fn vertices(&self) -> &hal::Buffer {
         &self.buffers[0]
+    }
+
+    pub(crate) fn instances(&self) -> &hal::Buffer {
+        self.instances.as_ref().expect("placed since creation")
+    }
+
+    pub(crate) fn draws(&self) -> &[Draw] {
+        &self.draws
     }
 
     pub(crate) fn group(&self) -> &hal::BindGroup {
@@ -81,11 +146,15 @@ impl Raster {
         self.pipeline.as_ref().expect("present since creation")
     }
 
-    /// Vertices, materials, texels.
-    fn upload(&mut self, scene: &Scene, triangles: &[FlatTriangle]) -> Result<()> {
+    fn upload(&mut self, scene: &Scene) -> Result<()> {
         let (materials, texels) = material_table(scene);
         let storage = wgt::BufferUses::STORAGE_READ_ONLY;
-        let vertices = vertex_list(triangles);
+        let mut vertices = Vec::new();
+        for mesh in &scene.meshes {
+            let first = vertices.len() as u32;
+            vertices.extend(mesh.indices.chunks_exact(3).filter_map(|corners| triangle(mesh, corners)).flatten());
+            self.meshes.push(first..vertices.len() as u32);
+        }
         let vertex_bytes = bytemuck::cast_slice(&vertices);
         self.buffers.push(self.gpu.filled_buffer("vertices", wgt::BufferUses::VERTEX, vertex_bytes)?);
         self.buffers.push(self.gpu.filled_buffer("materials", storage, bytemuck::cast_slice(&materials))?);
@@ -162,19 +231,18 @@ impl Drop for Raster {
             self.shader.take().into_iter().for_each(|s| device.destroy_shader_module(s));
             self.group.take().into_iter().for_each(|g| device.destroy_bind_group(g));
             self.group_layout.take().into_iter().for_each(|l| device.destroy_bind_group_layout(l));
-            self.buffers.drain(..).for_each(|b| device.destroy_buffer(b));
+            let retired = self.retired.drain(..).map(|(_, buffer)| buffer);
+            self.buffers.drain(..).chain(self.instances.take()).chain(retired).for_each(|b| device.destroy_buffer(b));
         }
     }
 }
 
-fn vertex_list(triangles: &[FlatTriangle]) -> Vec<Vertex> {
-    let corner = |t: &FlatTriangle, i: usize| Vertex {
-        position: t.positions[i],
-        normal: t.normal,
-        uv: t.uvs[i],
-        material: t.material,
-    };
-    triangles.iter().flat_map(|t| [corner(t, 0), corner(t, 1), corner(t, 2)]).collect()
+/// `None` for a triangle without an area.
+fn triangle(mesh: &Mesh, corners: &[u32]) -> Option<[Vertex; 3]> {
+    let corners: [usize; 3] = std::array::from_fn(|i| corners[i] as usize);
+    let normal = face_normal(corners.map(|i| Vec3::from(mesh.positions[i]).as_dvec3()))?.as_vec3().to_array();
+    let uv = |i| mesh.uvs.get(i).copied().unwrap_or_default();
+    Some(corners.map(|i| Vertex { position: mesh.positions[i], normal, uv: uv(i) }))
 }
 
 /// The materials, and the texels of all textures in a row.
@@ -203,25 +271,36 @@ fn shader_input() -> Result<wgpu_hal::ShaderInput<'static>> {
     Ok(wgpu_hal::ShaderInput::Naga(wgpu_hal::NagaShader { module: Cow::Owned(module), info, debug_source: None }))
 }
 
-/// The fields of [`Vertex`] in order, at locations 0 to 3.
-fn vertex_attributes() -> [wgt::VertexAttribute; 4] {
-    use wgt::VertexFormat::{Float32x2, Float32x3, Uint32};
-    let offsets = [
-        offset_of!(Vertex, position),
-        offset_of!(Vertex, normal),
-        offset_of!(Vertex, uv),
-        offset_of!(Vertex, material),
-    ];
-    let formats = [Float32x3, Float32x3, Float32x2, Uint32];
+/// The fields of [`Vertex`] in order, at locations 0 to 2.
+fn vertex_attributes() -> [wgt::VertexAttribute; 3] {
+    use wgt::VertexFormat::{Float32x2, Float32x3};
+    let offsets = [offset_of!(Vertex, position), offset_of!(Vertex, normal), offset_of!(Vertex, uv)];
+    attributes(0, offsets, [Float32x3, Float32x3, Float32x2])
+}
+
+/// The columns and the material of [`InstanceEntry`] in order, at locations 3 to 7.
+fn instance_attributes() -> [wgt::VertexAttribute; 5] {
+    use wgt::VertexFormat::{Float32x3, Uint32};
+    let (linear, column) = (offset_of!(InstanceEntry, linear), size_of::<[f32; 3]>());
+    let (translation, material) = (offset_of!(InstanceEntry, translation), offset_of!(InstanceEntry, material));
+    let offsets = [linear, linear + column, linear + 2 * column, translation, material];
+    attributes(3, offsets, [Float32x3, Float32x3, Float32x3, Float32x3, Uint32])
+}
+
+fn attributes<const N: usize>(
+    first: u32,
+    offsets: [usize; N],
+    formats: [wgt::VertexFormat; N],
+) -> [wgt::VertexAttribute; N] {
     std::array::from_fn(|i| wgt::VertexAttribute {
         format: formats[i],
         offset: offsets[i] as u64,
-        shader_location: i as u32,
+        shader_location: first + i as u32,
     })
 }
 
 fn create_pipeline(gpu: &Gpu, layout: &hal::PipelineLayout, shader: &hal::ShaderModule) -> Result<hal::RenderPipeline> {
-    let attributes = vertex_attributes();
+    let (vertex_attributes, instance_attributes) = (vertex_attributes(), instance_attributes());
     let constants = naga::back::PipelineConstants::default();
     let stage = |entry_point| wgpu_hal::ProgrammableStage {
         module: shader,
@@ -234,11 +313,18 @@ fn create_pipeline(gpu: &Gpu, layout: &hal::PipelineLayout, shader: &hal::Shader
         label: Some("gbuffer"),
         layout,
         vertex_processor: wgpu_hal::VertexProcessor::Standard {
-            vertex_buffers: &[Some(wgpu_hal::VertexBufferLayout {
-                array_stride: size_of::<Vertex>() as u64,
-                step_mode: wgt::VertexStepMode::Vertex,
-                attributes: &attributes,
-            })],
+            vertex_buffers: &[
+                Some(wgpu_hal::VertexBufferLayout {
+                    array_stride: size_of::<Vertex>() as u64,
+                    step_mode: wgt::VertexStepMode::Vertex,
+                    attributes: &vertex_attributes,
+                }),
+                Some(wgpu_hal::VertexBufferLayout {
+                    array_stride: size_of::<InstanceEntry>() as u64,
+                    step_mode: wgt::VertexStepMode::Instance,
+                    attributes: &instance_attributes,
+                }),
+            ],
             vertex_stage: stage("corner"),
         },
         primitive: wgt::PrimitiveState::default(),

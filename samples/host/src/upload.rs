@@ -1,7 +1,7 @@
 //! Says the scene in brickgi's words.
 
 use crate::error::Result;
-use crate::scene::{Light, Scene, Sky};
+use crate::scene::{Instance, Light, Scene, Sky};
 use brickgi::Context;
 use brickgi::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, TextureDesc};
 
@@ -24,16 +24,8 @@ pub(crate) fn scene(context: &mut Context, scene: &Scene, offset: [f64; 3]) -> R
         .zip(&scene.meshes)
         .map(|(id, m)| MeshDesc { id, positions: &m.positions, uvs: &m.uvs, indices: &m.indices })
         .collect();
-    let instances: Vec<_> = (0u64..)
-        .zip(&scene.instances)
-        .map(|(id, i)| InstanceDesc {
-            id,
-            mesh: i.mesh as u64,
-            material: i.material as u64,
-            linear: i.linear,
-            translation: moved(i.translation, offset),
-        })
-        .collect();
+    let instances: Vec<_> =
+        (0u64..).zip(&scene.instances).map(|(id, instance)| describe(id, instance, offset)).collect();
     context.update_meshes(&MeshUpdate {
         textures: &textures,
         materials: &materials,
@@ -42,6 +34,25 @@ pub(crate) fn scene(context: &mut Context, scene: &Scene, offset: [f64; 3]) -> R
         ..MeshUpdate::default()
     })?;
     lights(context, &scene.lights, scene.sky, offset)
+}
+
+/// Adds, moves and changes instances (`Some`) and removes them (`None`), by id, in one batch.
+pub(crate) fn instances(context: &mut Context, changes: &[(u64, Option<Instance>)], offset: [f64; 3]) -> Result<()> {
+    let placed = |(id, instance): &(u64, Option<Instance>)| Some(describe(*id, instance.as_ref()?, offset));
+    let instances: Vec<_> = changes.iter().filter_map(placed).collect();
+    let removed: Vec<u64> = changes.iter().filter(|(_, instance)| instance.is_none()).map(|(id, _)| *id).collect();
+    let update = MeshUpdate { removed_instances: &removed, instances: &instances, ..MeshUpdate::default() };
+    Ok(context.update_meshes(&update)?)
+}
+
+fn describe(id: u64, instance: &Instance, offset: [f64; 3]) -> InstanceDesc {
+    InstanceDesc {
+        id,
+        mesh: instance.mesh as u64,
+        material: instance.material as u64,
+        linear: instance.linear,
+        translation: moved(instance.translation, offset),
+    }
 }
 
 /// Replaces the lights and the sky.

@@ -18,8 +18,14 @@ pub struct Args {
     #[arg(long, value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
     /// Frames to render with the camera at rest
-    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "path")]
     pub frames: u32,
+    /// Play the key-frames of this JSON file: a PNG a frame, and frames.csv
+    #[arg(long, value_name = "FILE")]
+    pub path: Option<PathBuf>,
+    /// Frames rendered before the path starts, with time stopped at its start
+    #[arg(long, default_value_t = 0, value_name = "FRAMES", requires = "path", value_parser = clap::value_parser!(u32).range(..=100_000))]
+    pub settle: u32,
     /// Point on the speed/accuracy curve; the options below override it
     #[arg(long, value_enum, default_value = "medium")]
     pub preset: PresetName,
@@ -71,7 +77,7 @@ pub struct Args {
     /// Run under the Vulkan validation layer; any message makes the run fail
     #[arg(long)]
     pub validate: bool,
-    /// Folder for the images and stats.json [default: out/<scene>_<camera>]
+    /// Folder for the files [default: out/<scene>_<camera>, with a path out/<scene>_<path>]
     #[arg(long)]
     pub out: Option<PathBuf>,
 }
@@ -169,7 +175,15 @@ mod tests {
 
     #[test]
     fn malformed_options_are_refused() {
-        for line in ["r --size 64", "r --size 64xx3", "r --grid-offset 1,2", "r --frames 0", "r --hit sphere"] {
+        for line in [
+            "r --settle 4",
+            "r --path p.json --frames 9",
+            "r --size 64",
+            "r --size 64xx3",
+            "r --grid-offset 1,2",
+            "r --frames 0",
+            "r --hit sphere",
+        ] {
             assert!(Args::try_parse_from(line.split(' ')).is_err(), "{line}");
         }
     }

@@ -3,6 +3,7 @@
 mod args;
 mod compare;
 mod measure;
+mod path;
 mod report;
 mod tonemap;
 
@@ -11,6 +12,7 @@ use args::Args;
 use brickgi_host::image::luminance;
 use brickgi_host::{Host, HostOptions, Image, Reference, Scene};
 use clap::Parser;
+use path::Stage;
 use report::Report;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -28,8 +30,10 @@ fn main() -> ExitCode {
 /// Fails for a bad image too, after everything was written: the files then show what is wrong.
 fn render(args: &Args) -> Result<()> {
     let path = args.scene_path().context("the default scene is missing; give a scene")?;
-    let scene = Scene::load(&path)?;
+    let mut scene = Scene::load(&path)?;
     scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    let camera = scene.camera(args.camera.as_deref())?.clone();
+    let stage = args.path.as_deref().map(|file| Stage::load(file, &mut scene, camera)).transpose()?;
     let settings = args.settings();
     let mut host = Host::new(HostOptions {
         camera: args.camera.clone(),
@@ -39,12 +43,17 @@ fn render(args: &Args) -> Result<()> {
         validation: args.validate,
         ..HostOptions::new(scene)
     })?;
+    let out = output_folder(args, &host);
+    if let Some(stage) = stage {
+        create(&out)?;
+        return path::run(&mut host, stage, args, &out);
+    }
     let timing = measure::run(&mut host, args.frames)?;
     host.context_mut().take_warnings().iter().for_each(|text| eprintln!("warning: {text}"));
     let camera = host.camera().name.clone();
     let indirect = host.read_indirect()?;
     let reference = Reference::beside(host.scene(), &camera)?.filter(|r| r.size() == host.size());
-    let out = output_folder(args, &host)?;
+    create(&out)?;
     write_images(&mut host, &indirect, reference.as_ref(), &out)?;
 
     let messages = host.validation_messages();
@@ -74,11 +83,14 @@ fn render(args: &Args) -> Result<()> {
     judge(&indirect, reference.as_ref(), &messages)
 }
 
-fn output_folder(args: &Args, host: &Host) -> Result<PathBuf> {
-    let default = || Path::new("out").join(format!("{}_{}", host.scene().name, host.camera().name));
-    let out = args.out.clone().unwrap_or_else(default);
-    std::fs::create_dir_all(&out).with_context(|| format!("cannot create {}", out.display()))?;
-    Ok(out)
+fn output_folder(args: &Args, host: &Host) -> PathBuf {
+    let path = args.path.as_deref().and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
+    let what = path.unwrap_or_else(|| host.camera().name.clone());
+    args.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}_{what}", host.scene().name)))
+}
+
+fn create(out: &Path) -> Result<()> {
+    std::fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))
 }
 
 fn write_images(host: &mut Host, indirect: &Image, reference: Option<&Reference>, out: &Path) -> Result<()> {
@@ -95,6 +107,12 @@ fn write_images(host: &mut Host, indirect: &Image, reference: Option<&Reference>
         save("compare.png", &compare::panels(indirect, reference))?;
     }
     Ok(indirect.write_exr(&out.join("indirect.exr"))?)
+}
+
+/// What the camera sees by all light: radiance.
+fn lit(host: &mut Host, indirect: &Image) -> Result<Image> {
+    let (albedo, emission, direct) = (host.read_albedo()?, host.read_emission()?, host.direct()?);
+    Ok(shade(&albedo, &emission, &[indirect, &direct]))
 }
 
 /// albedo / pi * (sum of the irradiances) + emission.

@@ -29,12 +29,18 @@ pub struct Timing {
     pub wall_seconds: f64,
 }
 
-/// Renders `frames` frames under a progress bar.
-pub fn run(host: &mut Host, frames: u32) -> Result<Timing> {
+/// A bar for so many frames; a message can say what is worth knowing.
+pub fn progress(frames: u32) -> ProgressBar {
     let bar = ProgressBar::new(u64::from(frames));
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {msg}, {eta} left") {
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {eta} left{msg}") {
         bar.set_style(style);
     }
+    bar
+}
+
+/// Renders `frames` frames under a progress bar.
+pub fn run(host: &mut Host, frames: u32) -> Result<Timing> {
+    let bar = progress(frames);
     let start = Instant::now();
     let (mut settled, mut peak_world_bytes) = (Vec::new(), 0);
     for frame in 0..frames {
@@ -43,7 +49,7 @@ pub fn run(host: &mut Host, frames: u32) -> Result<Timing> {
         if frame >= frames / 2 {
             settled.push(host.stats().clone());
         }
-        bar.set_message(format!("{:.2} ms", host.stats().frame_ms));
+        bar.set_message(format!(", {:.2} ms", host.stats().frame_ms));
         bar.inc(1);
     }
     host.wait_idle()?;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::twin::random::Random;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Bricks of a test world along an axis.
 const BRICKS: i32 = 6;

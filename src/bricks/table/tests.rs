@@ -1,6 +1,7 @@
 //! Who gets memory, whose turn it is, and what the window holds.
 
 use super::*;
+use std::collections::HashMap;
 
 /// Pages of a brick, by its place; always the same.
 fn pages_of(brick: IVec3) -> u32 {
@@ -20,9 +21,15 @@ fn table(pages: u32) -> (BrickTable, Vec<IVec3>) {
 
 /// Bricks are handed to the GPU and come back at once, each with its pages.
 fn voxelise(table: &mut BrickTable, bricks: &[(IVec3, Option<u32>)]) {
-    bricks.iter().for_each(|(b, _)| table.start(*b));
+    let bricks: Vec<IVec3> = bricks.iter().map(|b| b.0).collect();
+    bricks.iter().for_each(|b| table.start(*b));
+    arrive(table, &bricks);
+}
+
+/// What the GPU says of bricks that it was given.
+fn arrive(table: &mut BrickTable, bricks: &[IVec3]) {
     let result = |b| BrickResult { words: pages_of(b) * PAGE_WORDS, faces: 1, ..BrickResult::default() };
-    let finished: Vec<_> = bricks.iter().map(|(b, _)| Finished { position: *b, result: result(*b) }).collect();
+    let finished: Vec<_> = bricks.iter().map(|b| Finished { position: *b, result: result(*b) }).collect();
     table.finish(&finished);
 }
 
@@ -92,7 +99,8 @@ fn lighting_goes_round() {
         table.tick();
         // Lights that change in every frame.
         table.invalidate_lighting();
-        let (chosen, faces) = table.choose_for_light(budget, usize::MAX, 1, DVec3::ZERO, |_| false);
+        let light = LightBudget { faces: budget, bricks: usize::MAX, sweeps: 1 };
+        let (chosen, faces) = table.choose_for_light(&light, DVec3::ZERO);
         assert_eq!((chosen.len() as u32, faces), (budget, budget));
         chosen.iter().for_each(|b| lit.entry(b.base).or_default().push(frame));
     }
@@ -181,4 +189,63 @@ fn a_world_loads_once() {
     table.enter(entered.into_iter());
     settle(&mut table, elsewhere);
     assert!(table.has_loaded(), "another place");
+}
+
+#[test]
+fn what_has_changed_is_redone_though_the_window_moves() {
+    let (mut table, _) = table(40_000);
+    settle(&mut table, DVec3::ZERO);
+    let changed = IVec3::new(5, 0, 0);
+    table.touch(&[changed]);
+    let camera = DVec3::new(80.0, 0.0, 0.0);
+    assert!(table.follow(camera, None));
+    assert!(table.covers(changed));
+    let next = table.next(10, &Viewpoint::all_round(camera));
+    assert_eq!(next, [(changed, None)]);
+}
+
+/// Its triangles may have changed while it was outside, where no change is told.
+#[test]
+fn what_comes_back_before_its_result_is_voxelised_anew() {
+    let (mut table, _) = table(40_000);
+    settle(&mut table, DVec3::ZERO);
+    let brick = IVec3::new(5, 0, 0);
+    table.touch(&[brick]);
+    table.start(brick);
+    assert!(table.follow(DVec3::X * 10_000.0, None) && table.follow(DVec3::ZERO, None));
+    arrive(&mut table, &[brick]);
+    assert_eq!((table.resident(), table.next(10, &Viewpoint::all_round(DVec3::ZERO))), (0, vec![(brick, None)]));
+}
+
+/// Also one that loses its place meanwhile.
+#[test]
+fn a_brick_is_voxelised_once_at_a_time() {
+    let (mut table, _) = table(40_000);
+    settle(&mut table, DVec3::ZERO);
+    let far = *table.by_distance().last().expect("bricks");
+    table.touch(&[far]);
+    table.start(far);
+    table.shrink(4000);
+    assert!(!table.resident.contains_key(&far) && !table.waiting.contains_key(&far));
+    let missing = table.missing();
+    assert_eq!(missing as usize, table.waiting.len() + 1, "it is counted once");
+    arrive(&mut table, &[far]);
+    assert!(table.waiting.contains_key(&far) || table.resident.contains_key(&far));
+}
+
+/// What holds no triangles takes no room in the table, once it has been seen to vanish.
+#[test]
+fn what_has_vanished_is_forgotten() {
+    let (mut table, bricks) = table(40_000);
+    settle(&mut table, DVec3::ZERO);
+    let gone = bricks[0];
+    table.touch(&[gone]);
+    table.forget(gone);
+    assert_eq!(table.next(10, &Viewpoint::all_round(DVec3::ZERO)), [(gone, None)], "it is still to be seen");
+    table.start(gone);
+    let nothing = BrickResult::default();
+    table.finish(&[Finished { position: gone, result: nothing }]);
+    assert_eq!(table.resident() as usize, bricks.len());
+    table.forget(gone);
+    assert_eq!((table.resident() as usize, table.missing()), (bricks.len() - 1, 0));
 }

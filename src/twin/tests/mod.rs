@@ -2,6 +2,7 @@
 
 mod limits;
 mod pack;
+mod settled;
 mod solids;
 mod trace;
 mod voxelize;

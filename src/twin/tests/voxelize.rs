@@ -2,7 +2,7 @@
 
 use super::pack::planes_agree;
 use super::solids::{self, Bodies};
-use crate::bricks::{self, Cells, Mask, PrimitiveIndex, WorldGrid};
+use crate::bricks::{self, BrickWindow, Cells, Mask, PrimitiveIndex, WorldGrid};
 use crate::frame::{Command, Frame};
 use crate::gpu::Location;
 use crate::gpu::shared::{BATCH_BRICKS, BrickResult, Material, NO_TEXTURE, NONE, RECORD_WORDS};
@@ -17,7 +17,8 @@ use crate::twin::resolve;
 use crate::twin::triangle::Triangle;
 use crate::twin::voxelize::Source;
 use glam::{DVec3, IVec3};
-use std::collections::{BTreeSet, HashMap, HashSet};
+use rustc_hash::FxHashMap;
+use std::collections::{BTreeSet, HashSet};
 
 const PAYLOAD_WORDS: u32 = 1 << 20;
 /// Runs of the twin with errors that decide whether a difference hangs on rounding.
@@ -37,12 +38,13 @@ impl Batch {
     fn new(scene: &Scene) -> Self {
         let grid = WorldGrid { voxel_size: 1.0, offset: DVec3::ZERO };
         let mut index = PrimitiveIndex::default();
+        index.follow(BrickWindow { low: IVec3::splat(-64), size: IVec3::splat(128) }, scene, &grid);
         for id in 0..scene.instances.len() as u64 {
-            index.insert(id, scene, &grid, (IVec3::splat(-64), IVec3::splat(128)));
+            index.insert(id, scene, &grid);
         }
         let mut positions: Vec<IVec3> = index.bricks().collect();
         positions.sort_unstable_by_key(IVec3::to_array);
-        let ids: HashMap<u64, u32> = scene.materials.keys().map(|id| (*id, *id as u32)).collect();
+        let ids: FxHashMap<u64, u32> = scene.materials.keys().map(|id| (*id, *id as u32)).collect();
         let mut queued = bricks::Batch::default();
         let mut random = Random::new(24);
         let mut mask = || random.chance(0.5).then(|| Mask::default().map(|_| random.next() as u32));

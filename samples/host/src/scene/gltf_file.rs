@@ -76,7 +76,8 @@ impl Loader<'_> {
         let local = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
         let world = parent * local;
         if let Some(mesh) = node.mesh() {
-            self.mesh(&mesh, world)?;
+            let name = node.name().or(mesh.name()).unwrap_or_default();
+            self.mesh(&mesh, name, world)?;
         }
         if let Some(light) = node.light() {
             self.light(&light, world);
@@ -90,7 +91,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    fn mesh(&mut self, mesh: &gltf::Mesh<'_>, world: DMat4) -> Result<()> {
+    fn mesh(&mut self, mesh: &gltf::Mesh<'_>, name: &str, world: DMat4) -> Result<()> {
         for primitive in mesh.primitives() {
             let key = (mesh.index(), primitive.index());
             let index = match self.primitives.get(&key) {
@@ -107,7 +108,8 @@ impl Loader<'_> {
             let linear = [world.x_axis, world.y_axis, world.z_axis].map(|c| c.truncate().as_vec3().to_array());
             let material = primitive.material().index().unwrap_or(self.scene.materials.len() - 1);
             let translation = world.w_axis.truncate().to_array();
-            self.scene.instances.push(Instance { mesh: index, material, linear, translation });
+            let name = name.to_owned();
+            self.scene.instances.push(Instance { name, mesh: index, material, linear, translation });
         }
         Ok(())
     }

@@ -8,7 +8,8 @@ mod gltf_texture;
 
 pub use brickgi::scene::{Light, Sky};
 pub use camera::SceneCamera;
-pub use flat::{FlatTriangle, flatten};
+pub(crate) use flat::face_normal;
+pub use flat::flatten;
 
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -47,8 +48,10 @@ pub struct Texture {
 }
 
 /// A mesh with a material, placed in the world.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Instance {
+    /// The glTF node's name, else the mesh's; several instances may share it, and it may be empty.
+    pub name: String,
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
     /// Index into [`Scene::materials`].

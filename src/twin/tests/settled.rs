@@ -1,0 +1,73 @@
+//! What a frame records while nothing changes.
+
+use crate::frame::{Command, Frame};
+use crate::gpu::Slot;
+use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, Scene};
+use crate::settings::Settings;
+use crate::twin::gpu::Gpu;
+use crate::world::{FrameScope, World};
+use glam::{DMat4, DVec3};
+
+const BRICK_PASSES: [&str; 5] = ["brick_commit", "grid_update", "voxel_mark", "voxelize", "face_resolve"];
+const LIGHT_PASSES: [&str; 4] = ["face_compact", "light_direct", "light_bounce", "light_store"];
+
+/// The passes and the copies that a frame records.
+fn recorded(frame: &Frame) -> Vec<&'static str> {
+    let name = |command: &Command| match command {
+        Command::Clear(name) | Command::Move(name) => *name,
+        Command::Dispatch { pass, .. } => *pass,
+    };
+    frame.commands.iter().map(name).collect()
+}
+
+fn records_bricks(frame: &Frame) -> bool {
+    recorded(frame).iter().any(|name| BRICK_PASSES.contains(name))
+}
+
+/// A square metre, level, `height` metres above the origin.
+fn place(world: &mut World, scene: &mut Scene, height: f64) {
+    let linear = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let instances = [InstanceDesc { id: 1, mesh: 1, material: 1, linear, translation: [0.0, height, 0.0] }];
+    let changed = scene.apply(&MeshUpdate { instances: &instances, ..MeshUpdate::default() });
+    world.instances_changed(&changed, scene);
+}
+
+#[test]
+fn a_world_in_which_nothing_changes_records_no_brick_pass() {
+    let gpu = Gpu::new(&[&BRICK_PASSES[..], &LIGHT_PASSES].concat());
+    let settings = Settings { coverage_groups: [2, 2, 2], ..Settings::default() };
+    let mut slots = [Slot::new(&gpu.device).expect("a slot")];
+    let mut world = World::new(&settings, 1).expect("a world");
+    let mut scene = Scene::default();
+    let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0]];
+    scene.apply(&MeshUpdate {
+        materials: &[MaterialDesc { id: 1, base_color: [0.5; 3], emission: [0.0; 3], base_color_texture: None }],
+        meshes: &[MeshDesc { id: 1, positions: &positions, uvs: &[], indices: &[0, 2, 1, 1, 2, 3] }],
+        ..MeshUpdate::default()
+    });
+    let mut frames = 0;
+    for height in [1.0, 2.5, 2.5, -3.0] {
+        let moves = frames == 0 || scene.instances[&1].translation.y != height;
+        place(&mut world, &mut scene, height);
+        let mut run = || {
+            frames += 1;
+            slots[0].recycle(&gpu.device).expect("recycled");
+            let mut scope = FrameScope::new(&gpu.device, &settings, &mut slots, 0, frames, Frame::default());
+            world.frame(&mut scope, &mut scene, &[DVec3::ZERO], DMat4::IDENTITY).expect("a frame");
+            let frame = scope.frame;
+            gpu.play(&frame, world.bindings(0), world.take_replaced(), &mut slots[0]);
+            frame
+        };
+        let at_once = run();
+        assert_eq!(records_bricks(&at_once), moves, "what has moved is redone, what has not is left alone");
+        let after: Vec<Frame> = (0..12).map(|_| run()).collect();
+        // The next frame takes in what this one voxelised.
+        assert_eq!(after.iter().rposition(records_bricks), moves.then_some(0));
+        let quiet: Vec<&str> = recorded(&after[11]);
+        assert!(quiet.starts_with(&["counters", "face_compact"]), "{quiet:?}");
+        assert!(quiet[1..].iter().all(|name| LIGHT_PASSES.contains(name)), "{quiet:?}");
+    }
+    assert!(world.table.faces() > 0 && world.table.missing() == 0);
+    world.destroy(&gpu.device);
+    slots[0].destroy(&gpu.device);
+}
