@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::twin::random::Random;
-use std::collections::{HashMap, HashSet};
+use rustc_hash::FxHashSet;
+use std::collections::HashMap;
 
 /// Bricks of a test world along an axis.
 const BRICKS: i32 = 6;
@@ -68,11 +69,11 @@ impl Model {
     }
 
     /// Cell by cell, what is reached from outside and from some cells.
-    fn reached(&self, seeds: &[IVec3]) -> HashSet<IVec3> {
+    fn reached(&self, seeds: &[IVec3]) -> FxHashSet<IVec3> {
         let (low, high) = (self.low * 8 - 1, self.low * 8 + VOXELS + 1);
         let mut stack = vec![low];
         stack.extend(seeds.iter().filter(|s| !self.is_occupied(**s)));
-        let mut reached: HashSet<IVec3> = stack.iter().copied().collect();
+        let mut reached: FxHashSet<IVec3> = stack.iter().copied().collect();
         while let Some(cell) = stack.pop() {
             for next in (0..6).map(|side| cell + side_step(side)) {
                 let inside = next.cmpge(low).all() && next.cmplt(high).all();
@@ -89,24 +90,21 @@ impl Model {
     }
 }
 
-/// Frames until there is no more to do; the bricks to be voxelised again.
-fn settle(regions: &mut Regions) -> HashSet<IVec3> {
-    let mut again = HashSet::new();
+/// Frames until there is no more to do.
+fn settle(regions: &mut Regions) {
     let mut quiet = 0;
     for frame in 0.. {
         let bricks = regions.update(true);
         quiet = if bricks.is_empty() && regions.next.is_none() && regions.checks.is_empty() { quiet + 1 } else { 0 };
-        again.extend(bricks);
         if quiet > 2 {
-            return again;
+            break;
         }
         assert!(frame < 1000, "there is always more to do");
     }
-    again
 }
 
 /// Which empty cells in and beside a brick are not reached; corners do not count.
-fn expected_mask(model: &Model, reached: &HashSet<IVec3>, brick: IVec3) -> Mask {
+fn expected_mask(model: &Model, reached: &FxHashSet<IVec3>, brick: IVec3) -> Mask {
     let mut mask = Mask::default();
     for (bit, p) in (0..1000).map(|i| (i, IVec3::new(i % 10, i / 10 % 10, i / 100) - 1)) {
         let outside = (p & 7i32).cmpne(p);
@@ -123,7 +121,7 @@ fn expected_mask(model: &Model, reached: &HashSet<IVec3>, brick: IVec3) -> Mask 
 }
 
 /// Whether a voxel of the brick looks at an empty cell that is not reached.
-fn needs_mask(model: &Model, reached: &HashSet<IVec3>, brick: IVec3) -> bool {
+fn needs_mask(model: &Model, reached: &FxHashSet<IVec3>, brick: IVec3) -> bool {
     let occupied = model.brick(brick);
     occupied.iter().any(|p| {
         (0..6)
@@ -163,73 +161,167 @@ fn masks_are_what_a_flood_from_cell_to_cell_leaves() {
         regions.follow(&[eye.as_dvec3() + 0.5]);
         model.tell(&mut regions);
         settle(&mut regions);
-        let around: Vec<IVec3> = if model.is_occupied(eye) {
-            (0..27).map(|i| eye + IVec3::new(i % 3, i / 3 % 3, i / 9) - 1).collect()
-        } else {
-            vec![eye]
-        };
-        assert_exact(&model, &regions, &around, &format!("world {world}"));
+        assert_exact(&model, &regions, &around(&model, eye), &format!("world {world}"));
         masked += model.bricks().filter(|b| regions.mask(*b).is_some()).count();
     }
     assert!(masked > 1000, "{masked} masks: most worlds are meant to have closed rooms");
 }
 
-/// Whatever changes, nothing that is reached stays masked for longer than the flood needs, and in the end all is exact.
-#[test]
-fn what_opens_is_voxelised_again_and_what_closes_too() {
-    let mut random = Random::new(62);
-    let (mut opened, mut closed) = (0, 0);
-    for world in 0..20 {
-        let mut model = random_world(&mut random);
-        let mut regions = Regions::default();
-        model.tell(&mut regions);
-        settle(&mut regions);
-        let mut masks: HashMap<IVec3, Option<Mask>> = HashMap::new();
-        for brick in model.bricks() {
-            masks.insert(brick, regions.mask(brick));
-            regions.start(brick, masks[&brick].is_some());
+/// Regions, what they have been told, and what has been voxelised with which mask.
+struct History {
+    random: Random,
+    model: Model,
+    /// Of the model, what the regions know.
+    known: Model,
+    regions: Regions,
+    masks: HashMap<IVec3, Option<Mask>>,
+    opened: usize,
+    closed: usize,
+}
+
+impl History {
+    fn new(seed: u64) -> Self {
+        let mut random = Random::new(seed);
+        let model = random_world(&mut random);
+        let known = Model { low: model.low, cells: vec![false; model.cells.len()] };
+        let (regions, masks) = Default::default();
+        let mut history = Self { random, model, known, regions, masks, opened: 0, closed: 0 };
+        history.voxelize(history.model.bricks().collect());
+        history
+    }
+
+    /// As the world does: with the mask of the moment.
+    fn voxelize(&mut self, bricks: Vec<IVec3>) {
+        for brick in bricks {
+            let mask = self.regions.mask(brick);
+            self.regions.start(brick, mask.is_some());
+            let bits = |m: Option<Mask>| m.iter().flatten().map(|w| w.count_ones()).sum::<u32>();
+            let before = self.masks.insert(brick, mask).map_or(0, bits);
+            self.opened += usize::from(bits(mask) < before);
+            self.closed += usize::from(bits(mask) > before);
+            self.know(brick, true);
+            self.regions.arrive(brick, self.model.brick(brick));
         }
-        for change in 0..8 {
-            let occupied = random.chance(0.4);
-            (0..3).for_each(|_| model.put_box(&mut random, occupied));
-            // In two parts, with a frame between them: a flood is on its way when the second comes.
-            let split = random.below(BRICKS.pow(3) as u32) as usize;
-            let mut again = HashSet::new();
-            model.bricks().take(split).for_each(|b| regions.set(b, model.brick(b)));
-            again.extend(regions.update(true));
-            model.bricks().skip(split).for_each(|b| regions.set(b, model.brick(b)));
-            if random.chance(0.3) {
-                let corner = model.random_cell(&mut random) & !1i32;
-                regions.take_requests([(corner, 100)].into_iter(), 10_000);
+    }
+
+    fn know(&mut self, brick: IVec3, known: bool) {
+        for cell in Cells::ALL.iter().map(|p| brick * 8 + p.as_ivec3()) {
+            self.known.put(cell, known && self.model.is_occupied(cell));
+        }
+    }
+
+    fn forget(&mut self, bricks: Vec<IVec3>) {
+        for brick in bricks {
+            self.masks.remove(&brick);
+            self.know(brick, false);
+        }
+    }
+
+    fn frame(&mut self, short: bool) -> bool {
+        let again = self.regions.update(short);
+        let quiet = again.is_empty() && self.regions.next.is_none() && self.regions.checks.is_empty();
+        self.voxelize(again);
+        quiet
+    }
+
+    fn bricks(&mut self, share: f64) -> Vec<IVec3> {
+        self.model.bricks().filter(|_| self.random.chance(share)).collect()
+    }
+
+    /// Something comes or goes, what is out of sight is forgotten or seen again, rays ask, or the camera moves.
+    fn operate(&mut self) {
+        match self.random.below(8) {
+            0..3 => {
+                let occupied = self.random.chance(0.4);
+                self.model.put_box(&mut self.random, occupied);
+                let changed = |b: &IVec3| self.model.brick(*b) != self.known.brick(*b);
+                let changed = self.model.bricks().filter(changed).collect();
+                self.voxelize(changed);
             }
-            again.extend(settle(&mut regions));
-            let asked = regions.asked.iter().map(|cell| IVec3::from(*cell));
-            let seeds: Vec<IVec3> = asked
-                .flat_map(|s| {
-                    let around = (0..27).map(move |i| s + IVec3::new(i % 3, i / 3 % 3, i / 9) - 1);
-                    around.filter(|c| *c == s || model.is_occupied(s)).collect::<Vec<_>>()
-                })
-                .collect();
-            assert_exact(&model, &regions, &seeds, &format!("world {world}, change {change}"));
-            let reached = model.reached(&seeds);
-            for brick in model.bricks() {
-                if again.contains(&brick) {
-                    let mask = regions.mask(brick);
-                    let bits = |m: Option<Mask>| m.iter().flatten().map(|w| w.count_ones()).sum::<u32>();
-                    opened += usize::from(bits(mask) < bits(masks[&brick]));
-                    closed += usize::from(bits(mask) > bits(masks[&brick]));
-                    masks.insert(brick, mask);
-                    regions.start(brick, mask.is_some());
-                }
-                for p in masks[&brick].iter().flat_map(|mask| looked_at(&model, mask, brick)) {
-                    assert!(
-                        !reached.contains(&p),
-                        "world {world}, change {change}: {p} is reached, and masked in {brick}"
-                    );
-                }
+            3 => {
+                let bricks = self.bricks(0.05);
+                bricks.iter().for_each(|b| self.regions.forget(*b));
+                self.forget(bricks);
+            }
+            4 => {
+                let window = self.model.low + IVec3::new(self.random.below(BRICKS as u32) as i32, 0, 0);
+                let leaving = self.model.bricks().filter(|b| b.cmplt(window).any()).collect();
+                self.regions.retain(|brick| brick.cmpge(window).all());
+                self.forget(leaving);
+            }
+            5 => {
+                let bricks = self.bricks(0.5);
+                self.voxelize(bricks);
+            }
+            6 => {
+                let corner = self.model.random_cell(&mut self.random) & !1i32;
+                self.regions.take_requests([(corner, 100)].into_iter(), 10_000);
+            }
+            _ => {
+                let eye = self.model.random_cell(&mut self.random);
+                self.regions.follow(&[eye.as_dvec3() + 0.5]);
             }
         }
     }
+
+    /// Frames until there is no more to do.
+    fn settle(&mut self) {
+        let mut quiet = 0;
+        for frame in 0.. {
+            quiet = if self.frame(true) { quiet + 1 } else { 0 };
+            if quiet > 2 {
+                break;
+            }
+            assert!(frame < 1000, "there is always more to do");
+        }
+    }
+
+    fn check(&self, what: &str) {
+        let asked = self.regions.asked.iter().map(|cell| IVec3::from(*cell));
+        let seeds: Vec<IVec3> =
+            asked.chain(self.regions.eyes.iter().copied()).flat_map(|s| around(&self.known, s)).collect();
+        assert_exact(&self.known, &self.regions, &seeds, what);
+        let reached = self.known.reached(&seeds);
+        for (brick, mask) in &self.masks {
+            let looked_at = mask.iter().flat_map(|mask| looked_at(&self.known, mask, *brick));
+            looked_at.for_each(|p| assert!(!reached.contains(&p), "{what}: {p} is reached, and masked in {brick}"));
+            let sides = self.regions.unreached_sides(*brick);
+            let before = self.regions.masked.get(brick).copied().unwrap_or(0);
+            assert!(sides < before + GAIN_MIN, "{what}: {brick} might save {sides} and saves {before}");
+        }
+    }
+}
+
+/// A cell, or those around it where it is occupied.
+fn around(model: &Model, cell: IVec3) -> Vec<IVec3> {
+    if model.is_occupied(cell) {
+        (0..27).map(|i| cell + IVec3::new(i % 3, i / 3 % 3, i / 9) - 1).collect()
+    } else {
+        vec![cell]
+    }
+}
+
+/// Whatever happens, memory short or not, in the end nothing that is reached is masked, and all is as if it had been so
+/// from the start.
+#[test]
+fn after_any_history_what_is_reached_is_what_a_new_flood_reaches() {
+    let (mut opened, mut closed) = (0, 0);
+    for world in 0..20 {
+        let mut history = History::new(62 + world);
+        for round in 0..8 {
+            for _ in 0..history.random.below(12) {
+                history.operate();
+                let short = history.random.chance(0.95);
+                history.frame(short);
+            }
+            history.settle();
+            history.check(&format!("world {world}, round {round}"));
+        }
+        history.frame(false);
+        assert!(!history.regions.any_masked() && history.masks.values().all(Option::is_none));
+        (opened, closed) = (opened + history.opened, closed + history.closed);
+    }
+    println!("{opened} bricks opened, {closed} closed");
     assert!(opened > 100 && closed > 100, "{opened} bricks opened, {closed} closed");
 }
 
