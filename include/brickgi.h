@@ -439,6 +439,10 @@ typedef struct BgiStats {
     uint32_t bricksMissing;
     /// Out: those of the missing bricks that are left out because the world does not fit into memoryBudget.
     uint32_t bricksLeftOut;
+    /// Out: those of the missing bricks that are in view and nearer than 128 voxels, but for what is left out.
+    uint32_t bricksMissingInView;
+    /// Out: bricks that the latest bgiDispatch voxelises.
+    uint32_t bricksVoxelized;
     /// Out: lit voxel faces resident.
     uint32_t faces;
     /// Out: voxel faces resident that are not lit, because neither light nor eye reaches them and memory is short.

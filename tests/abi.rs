@@ -79,7 +79,7 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiResourceSize { name, bytes }
         BgiStats {
             s_type, p_next, frame_ms, cpu_ms, world_bytes, view_bytes, rays, frames, bricks, bricks_missing,
-            bricks_left_out, faces, faces_unreached,
+            bricks_left_out, bricks_missing_in_view, bricks_voxelized, faces, faces_unreached,
             pages, pass_count, resource_count, passes, resources,
         }
     }

@@ -3,7 +3,7 @@
 use super::cells::{Cells, side_step};
 use super::flood::{Flood, Space};
 use crate::gpu::shared::{APRON_VOXELS, REACH_WORDS};
-use glam::{DVec3, IVec3};
+use glam::IVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeSet;
 
@@ -88,14 +88,12 @@ impl Regions {
         self.asked.retain(|cell| keep(IVec3::from(*cell) >> 3i32));
     }
 
-    /// The cameras are here, in voxels.
-    pub fn follow(&mut self, eyes: &[DVec3]) {
-        let cells: Vec<IVec3> = eyes.iter().map(|eye| eye.floor().as_ivec3()).collect();
-        if cells != self.eyes {
-            for cell in &cells {
-                self.seed(*cell);
-            }
-            self.eyes = cells;
+    /// The cameras are in these cells.
+    pub fn follow(&mut self, eyes: impl Iterator<Item = IVec3> + Clone) {
+        if eyes.clone().ne(self.eyes.iter().copied()) {
+            self.eyes.clear();
+            self.eyes.extend(eyes.clone());
+            eyes.for_each(|cell| self.seed(cell));
         }
     }
 

@@ -80,13 +80,18 @@ impl Buffer {
 
     /// The first `count` values of a readback buffer.
     pub fn read<T: bytemuck::Pod>(&self, count: usize) -> Vec<T> {
+        self.iter(count).collect()
+    }
+
+    /// The first `count` values of a readback buffer, one by one.
+    pub fn iter<T: bytemuck::Pod>(&self, count: usize) -> impl Iterator<Item = T> {
         assert!(
             !self.mapped.is_null() && (count * size_of::<T>()) as u64 <= self.size,
             "a readback buffer, large enough"
         );
         // SAFETY: mapped, coherent, and as large as just checked; the GPU has finished with this slot.
         let bytes = unsafe { std::slice::from_raw_parts(self.mapped, count * size_of::<T>()) };
-        bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
+        bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned)
     }
 
     /// Frees buffer and memory; the GPU must have finished with them.

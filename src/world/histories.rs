@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::bricks::BrickWindow;
-use crate::gpu::{Buffer, Location};
+use crate::gpu::{Bound, Buffer, Location, Player, Replaced};
 use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate};
 use crate::twin::gpu::Gpu;
 use crate::twin::layout::{Brick, decode};
@@ -153,14 +153,20 @@ impl Live {
     /// As `Context::dispatch`, without a view.
     fn frame(&mut self) {
         let (settings, index) = (settings(), self.frames as usize % FRAMES_IN_FLIGHT);
-        self.slots[index].recycle(&self.gpu.device).expect("recycled");
+        self.slots[index].recycle(&self.gpu.device);
         let mut scope =
             FrameScope::new(&self.gpu.device, &settings, &mut self.slots, index, self.frames, Frame::default());
-        self.world.frame(&mut scope, &mut self.scene, &[self.eye], DMat4::IDENTITY).expect("a frame");
+        self.world.frame(&mut scope, &mut self.scene, self.eye, DMat4::IDENTITY).expect("a frame");
         let frame = scope.frame;
-        let (bound, replaced) = (self.world.bindings(index), self.world.take_replaced());
-        self.gpu.play(&frame, bound, replaced, &mut self.slots[index]);
+        let player = self.bind(index);
+        self.gpu.play(&frame, player, &mut self.slots[index]);
         self.frames += 1;
+    }
+
+    fn bind(&mut self, index: usize) -> Player {
+        let mut player = Player::default();
+        self.world.bind(index, &mut player);
+        player
     }
 
     /// Frames until nothing has been voxelised for a while.
@@ -174,12 +180,13 @@ impl Live {
     }
 
     fn read(&mut self, name: &str) -> Vec<u32> {
-        let Bound::Buffer(old, _, size) = self.world.bindings(0)[name] else { panic!("{name} is a buffer") };
+        let mut player = self.bind(0);
+        let Bound::Buffer(old, _, size) = player.bound[name] else { panic!("{name} is a buffer") };
         let mut new = Buffer::new(&self.gpu.device, size, Location::Readback).expect("a buffer");
         let kept = vec![vk::BufferCopy { src_offset: 0, dst_offset: 0, size }];
-        let replaced = FxHashMap::from_iter([("copy", Replaced { old, new: new.raw, kept })]);
+        player.replaced.insert("copy", Replaced { old, new: new.raw, kept });
         let frame = Frame { commands: vec![Command::Move("copy")], ..Frame::default() };
-        self.gpu.play(&frame, FxHashMap::default(), replaced, &mut self.slots[0]);
+        self.gpu.play(&frame, player, &mut self.slots[0]);
         let words = new.read((size / 4) as usize);
         new.destroy(&self.gpu.device);
         words

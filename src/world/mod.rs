@@ -13,9 +13,9 @@ use crate::frame::{Command, Frame};
 use crate::gpu::shared::{
     ASKS, Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
 };
-use crate::gpu::{Bound, Device, Replaced, Slot};
+use crate::gpu::{Device, Player, Slot};
 use crate::passes;
-use crate::scene::{Light, Scene};
+use crate::scene::{Camera, Light, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
 use memory::{Fixed, Memory};
@@ -94,6 +94,8 @@ pub struct World {
     arriving: f64,
     /// How often a large part of the world has been loaded: what views saw before, with holes in the world, is of no use.
     pub loads: u32,
+    /// Bricks near and in view that the last frame has to do without.
+    pub missing_in_view: u32,
     /// Frames without voxelisation.
     idle: usize,
     /// Frames since a large part of the world, or its lights, changed.
@@ -129,6 +131,7 @@ impl World {
             arriving: 0.0,
             loads: 0,
             updates: 0,
+            missing_in_view: 0,
             idle: 0,
             steady_frames: 0,
             incomplete: false,
@@ -189,10 +192,15 @@ impl World {
         self.flights[index].light_rays + self.memory.probe_rays(index)
     }
 
-    /// The world's part of a frame seen from `eyes[0]` (voxels), the others being those of other views; `clip` is clip
-    /// space of the position relative to it in metres. Returns the bytes that the frame's upload buffer may have.
-    pub fn frame(&mut self, scope: &mut FrameScope, scene: &mut Scene, eyes: &[DVec3], clip: DMat4) -> Result<u64> {
-        let eye = eyes[0];
+    /// The cameras of all views: what they see is reached.
+    pub fn follow_cameras<'a>(&mut self, cameras: impl Iterator<Item = &'a Camera> + Clone) {
+        let Self { regions, grid, .. } = self;
+        regions.follow(cameras.map(|camera| grid.to_voxels(DVec3::from(camera.position)).floor().as_ivec3()));
+    }
+
+    /// The world's part of a frame seen from `eye` (voxels); `clip` is clip space of the position relative to it in metres.
+    /// Returns the bytes that the frame's upload buffer may have.
+    pub fn frame(&mut self, scope: &mut FrameScope, scene: &mut Scene, eye: DVec3, clip: DMat4) -> Result<u64> {
         self.table.tick();
         let fixed = self.fixed(scene);
         self.memory.check(&fixed)?;
@@ -203,11 +211,12 @@ impl World {
         scope.frame.commands.push(Command::Clear("counters"));
         self.upload_materials(scope, scene)?;
         self.commit(scope, scene)?;
-        self.regions.follow(eyes);
         self.take_requests(scope.index);
         let again = self.regions.update(self.short);
         self.table.touch_reach(&again);
-        self.voxelize(scope, scene, &Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size))?;
+        let viewpoint = Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size);
+        self.voxelize(scope, scene, &viewpoint)?;
+        self.missing_in_view = self.table.missing_in_view(&viewpoint);
         self.light(scope, scene, eye / 8.0)?;
         self.tell(scope.settings);
         self.memory.finish(scope)
@@ -337,16 +346,16 @@ impl World {
         let room = self.memory.fit_lighting(scope, total.min(settings.light_faces_per_frame))?;
         let budget = settings.light_faces_per_frame.min(room);
         let budget = LightBudget { faces: budget, bricks: self.memory.light_bricks(scope), sweeps };
-        let (mut bricks, faces) = self.table.choose_for_light(&budget, camera);
+        let window = self.table.window();
+        let (bricks, faces) = self.table.choose_for_light(&budget, camera);
         if self.regions.any_masked() {
-            let window = self.table.window();
             let asking = bricks.iter_mut().filter(|b| self.regions.asks(window + unpack(b.position)));
             asking.for_each(|b| b.position |= ASKS);
         }
         if !bricks.is_empty() {
             passes::light::light(
                 &mut scope.frame,
-                &bricks,
+                bricks,
                 faces,
                 sweeps,
                 self.updates,
@@ -356,7 +365,7 @@ impl World {
             self.updates = self.updates.wrapping_add(sweeps);
         }
         let per_face = u64::from(settings.bounce_rays) + u64::from(settings.direct_samples) * lights.len() as u64;
-        self.flights[scope.index].window = self.table.window() * 8;
+        self.flights[scope.index].window = window * 8;
         self.flights[scope.index].light_rays = u64::from(faces) * u64::from(sweeps) * per_face;
         Ok(())
     }
@@ -393,19 +402,14 @@ impl World {
         }
     }
 
-    /// What the passes' names stand for in this slot's frame.
-    pub fn bindings(&self, index: usize) -> FxHashMap<&'static str, Bound> {
-        self.memory.bindings(index)
+    /// Says what the passes' names stand for in this slot's frame, and which buffers others have replaced since the last.
+    pub fn bind(&mut self, index: usize, player: &mut Player) {
+        self.memory.bind(index, player);
     }
 
-    /// Buffers that others have replaced since the last call.
-    pub fn take_replaced(&mut self) -> FxHashMap<&'static str, Replaced> {
-        self.memory.take_replaced()
-    }
-
-    /// Names and bytes of everything that counts against the budget.
-    pub fn resources(&self, slots: &[Slot]) -> Vec<ResourceSize> {
-        self.memory.resources(slots)
+    /// Adds names and bytes of everything that counts against the budget.
+    pub fn list(&self, slots: &[Slot], sizes: &mut Vec<ResourceSize>) {
+        self.memory.list(slots, sizes);
     }
 
     /// The GPU must have finished with it.

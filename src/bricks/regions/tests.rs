@@ -158,7 +158,7 @@ fn masks_are_what_a_flood_from_cell_to_cell_leaves() {
         let model = random_world(&mut random);
         let mut regions = Regions::default();
         let eye = model.random_cell(&mut random);
-        regions.follow(&[eye.as_dvec3() + 0.5]);
+        regions.follow([eye].into_iter());
         model.tell(&mut regions);
         settle(&mut regions);
         assert_exact(&model, &regions, &around(&model, eye), &format!("world {world}"));
@@ -259,7 +259,7 @@ impl History {
             }
             _ => {
                 let eye = self.model.random_cell(&mut self.random);
-                self.regions.follow(&[eye.as_dvec3() + 0.5]);
+                self.regions.follow([eye].into_iter());
             }
         }
     }
