@@ -146,6 +146,9 @@ typedef struct BgiSettings {
     /// earlier frames, bricks are handed to the GPU as far as they will fit, one at least and voxelizeBricksPerFrame at
     /// most. Without effect where the device has no timestamps.
     float voxelizeMs;
+    /// 1: faces that neither light nor eye can reach go without light of their own while the world does not fit into
+    /// memoryBudget otherwise. 0: never; the default.
+    uint32_t regionCulling;
 } BgiSettings;
 
 /// Severity of a log line: one of BGI_LOG_*.
@@ -446,6 +449,8 @@ typedef struct BgiStats {
     uint32_t bricksVoxelized;
     /// Out: lit voxel faces resident.
     uint32_t faces;
+    /// Out: voxel faces resident that are not lit, because neither light nor eye reaches them and memory is short.
+    uint32_t facesUnreached;
     /// Out: allocation units of 32 bytes in use by bricks.
     uint32_t pages;
     /// In: elements at `passes`. Out: elements written, or available where `passes` is NULL.

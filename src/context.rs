@@ -126,6 +126,8 @@ pub struct Stats {
     pub bricks_voxelized: u32,
     /// Lit voxel faces resident.
     pub faces: u32,
+    /// Voxel faces resident that are not lit, because neither light nor eye reaches them and memory is short.
+    pub faces_unreached: u32,
     /// Allocation units of 32 bytes in use by bricks.
     pub pages: u32,
     /// Rays traced in the frame.
@@ -288,6 +290,7 @@ impl Context {
         let index = self.frame_index as usize % self.slots.len();
         self.read_back(index);
         let eye = self.world.grid.to_voxels(DVec3::from(camera.position));
+        self.world.follow_cameras(self.views.values().filter_map(|view| view.camera.as_ref()));
         let mut frame = std::mem::take(&mut self.frame);
         frame.clear();
         let mut scope = FrameScope::new(&self.device, &self.settings, &mut self.slots, index, self.frame_index, frame);
@@ -346,6 +349,7 @@ impl Context {
         stats.bricks_missing_in_view = self.world.missing_in_view;
         stats.bricks_left_out = self.world.table.left_out();
         stats.faces = self.world.table.faces();
+        stats.faces_unreached = self.world.table.unreached();
         stats.pages = self.world.table.pages.used();
         stats.frames += 1;
         stats.cpu_ms = start.elapsed().as_secs_f64() * 1e3;

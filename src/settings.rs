@@ -63,6 +63,9 @@ pub struct Settings {
     /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
     /// that probes are judged against; costs `width * height * pixel_rays` rays a frame.
     pub pixel_rays: u32,
+    /// Whether faces that neither light nor eye can reach go without light of their own while the world does not fit into
+    /// `memory_budget` otherwise; default false.
+    pub region_culling: bool,
 }
 
 impl Default for Settings {
@@ -81,6 +84,7 @@ impl Default for Settings {
             probe_tile: 16,
             temporal_frames: 64,
             pixel_rays: 0,
+            region_culling: false,
         }
     }
 }

@@ -49,6 +49,9 @@ fn bad_pointers_structs_and_counts_are_refused() {
         ("settings: no room for bricks", BGI_ERROR_OUT_OF_MEMORY, "memory_budget", |b| {
             b.create_with(|settings| (settings.memory_budget, settings.coverage_groups) = (1 << 20, [64; 3]))
         }),
+        ("settings: region culling", ARGUMENT, "regionculling", |b| {
+            b.create_with(|settings| settings.region_culling = 2)
+        }),
         ("settings: hit model", ARGUMENT, "hitmodel", |b| b.create_with(|settings| settings.hit_model = 7)),
         ("requirements: NULL", ARGUMENT, "null", |b| unsafe { bgiGetDeviceRequirements(&b.query(), null_mut()) }),
         ("requirements: sType", STRUCTURE, "stype", |b| unsafe { bgiGetDeviceRequirements(&b.query(), &mut zeroed()) }),

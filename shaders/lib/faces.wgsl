@@ -15,19 +15,22 @@ struct Face {
     plane: Plane,
     // Weight of the new value.
     alpha: f32,
+    // Whether its rays may ask for light.
+    asks: bool,
     // Stays with the face wherever the window is.
     seed: u32,
 }
 
 fn load_face(item: u32) -> Face {
     let brick = light_bricks[item >> 12u];
-    let origin = vec3<u32>(brick.position & 1023u, (brick.position >> 10u) & 1023u, brick.position >> 20u) * BRICK_VOXELS;
+    let origin = ((vec3<u32>(brick.position) >> vec3<u32>(0u, 10u, 20u)) & vec3<u32>(1023u)) * BRICK_VOXELS;
     let local = (item >> 3u) & 511u;
     let cell = origin + vec3<u32>(local & 7u, (local >> 3u) & 7u, local >> 6u);
     let voxel = brick_voxel(brick.base, world_bricks[brick.base], cell);
     let side = item & 7u;
     let seed = hash3(cell + frame.seed_origin) ^ (side * 0x85ebca6bu);
-    return Face(voxel, vec3<i32>(cell), side, voxel_plane(voxel, side), brick.alpha, pcg(seed));
+    return Face(voxel, vec3<i32>(cell), side, voxel_plane(voxel, side), brick.alpha,
+                (brick.position & ASKS) != 0u, pcg(seed));
 }
 
 // The side of the face's voxel that p (in the voxel) lies behind: in its solid, or beyond a sheet that the middle of the

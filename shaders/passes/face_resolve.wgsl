@@ -15,6 +15,8 @@ var<immediate> push: FaceResolvePush;
 
 @res var<storage, read> voxel_states: array<u32>;
 @res var<storage, read> voxel_records: array<u32>;
+// A bit for each cell of the apron: the cell is out of reach of light and eye.
+@res var<storage, read> reach_masks: array<u32>;
 @res var<storage, read_write> voxel_args: array<u32, 4>;
 // Word 0: words used.
 @res var<storage, read_write> payload_used: array<atomic<u32>, 4>;
@@ -37,6 +39,7 @@ var<workgroup> totals: array<u32, 8>;
 var<workgroup> emissive: atomic<u32>;
 var<workgroup> mask_low: array<atomic<u32>, 8>;
 var<workgroup> mask_high: array<atomic<u32>, 8>;
+var<workgroup> unreached: atomic<u32>;
 var<workgroup> start: u32;
 // Of a block's voxels: sides stored, and surfaces, six each.
 var<workgroup> stored: array<u32, 64>;
@@ -68,8 +71,14 @@ fn record_of(batch: u32, cell: vec3<i32>, side: u32) -> u32 {
     return (batch * 512u + u32(cell.x + 8 * (cell.y + 8 * cell.z))) * RECORD_WORDS + side * 3u;
 }
 
+fn is_unreached(reach: u32, cell: vec3<i32>) -> bool {
+    if reach == NONE { return false; }
+    let bit = apron_index(cell);
+    return ((reach_masks[reach + (bit >> 5u)] >> (bit & 31u)) & 1u) != 0u;
+}
+
 // `Packed.word` of a voxel.
-fn voxel_word(batch: u32, cell: vec3<i32>) -> u32 {
+fn voxel_word(batch: u32, reach: u32, cell: vec3<i32>) -> u32 {
     let state = state_at(batch, cell);
     let surface = state & 63u;
     if surface == 0u { return 0u; }
@@ -77,13 +86,18 @@ fn voxel_word(batch: u32, cell: vec3<i32>) -> u32 {
     var lit = 0u;
     for (var side = 0u; side < 6u; side++) {
         let bit = 1u << side;
-        let front = state_at(batch, cell + vec3<i32>(side_normal(side)));
+        let front_cell = cell + vec3<i32>(side_normal(side));
+        let front = state_at(batch, front_cell);
         let open = (front & 63u) == 0u;
         if push.hit_model == 1u && open { sides |= bit; }
         if (sides & bit) == 0u { continue; }
         // A closed face is lit itself unless a thin wall lies in its voxel or in the one in front.
         let walls = ((state | front) >> 6u) & 7u & ~(1u << (side >> 1u));
         let emits = ((state >> (9u + side)) & 1u) != 0u;
+        if open && !emits && is_unreached(reach, front_cell) {
+            atomicAdd(&unreached, 1u);
+            continue;
+        }
         if open || (push.hit_model == 0u && (emits || walls == 0u)) { lit |= bit; }
     }
     return sides | (lit << 6u) | (((state >> 16u) & 1u) << 30u) | (((state >> 15u) & 1u) << 31u);
@@ -97,12 +111,14 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         atomicStore(&mask_high[thread], 0u);
     }
     if batch == 0u && thread == 0u { voxel_args[0] = 0u; }
+    if thread == 0u { atomicStore(&unreached, 0u); }
+    let reach = batch_bricks[push.first_brick + batch].reach;
     var voxels: array<Packed, 8>;
     for (var block = 0u; block < 8u; block++) {
         if thread == 0u { atomicStore(&emissive, 0u); }
         workgroupBarrier();
         let cell = block_cell(block, thread);
-        let word = voxel_word(batch, cell);
+        let word = voxel_word(batch, reach, cell);
         let lit = (word >> 6u) & 63u;
         stored[thread] = word & 63u;
         if word != 0u {
@@ -176,7 +192,10 @@ fn reserve(brick: u32) -> u32 {
     var block_mask = 0u;
     var faces = 0u;
     var counts = 0u;
+    var occupied = array<u32, 16>();
     for (var block = 0u; block < 8u; block++) {
+        occupied[2u * block] = atomicLoad(&mask_low[block]);
+        occupied[2u * block + 1u] = atomicLoad(&mask_high[block]);
         let total = totals[block];
         if voxel_count(total) == 0u { continue; }
         block_mask |= 1u << block;
@@ -185,12 +204,12 @@ fn reserve(brick: u32) -> u32 {
         counts += voxel_count(total) | (surface_count(total) << 16u);
     }
     if block_mask == 0u {
-        brick_results[brick] = BrickResult(0u, 0u, 0u, 0u);
+        brick_results[brick] = BrickResult();
         return NONE;
     }
     let first = atomicAdd(&payload_used[0], size);
     let fits = first + size <= push.payload_words;
-    brick_results[brick] = BrickResult(size, select(NONE, first, fits), faces, counts);
+    brick_results[brick] = BrickResult(size, select(NONE, first, fits), faces, counts, atomicLoad(&unreached), occupied);
     if !fits { return NONE; }
     payload[first] = block_mask;
     var record = first + 1u;

@@ -1,6 +1,7 @@
 // Radiosity: hemisphere rays from the listed faces read what their targets sent out last; infinite bounces over time.
 
 #import lib/faces.wgsl
+#import lib/reach.wgsl
 #import lib/sweep.wgsl
 
 // In: direct irradiance. Out: direct + indirect.
@@ -21,10 +22,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         face_irradiance[id.x] = vec2<u32>(INVALID);
         return;
     }
+    // A face that looks at a closed voxel may stand in a closed room.
+    let asks = face.asks && !find_voxel(face.cell + vec3<i32>(side_normal(face.side))).found;
     for (var r = 0u; r < frame.bounce_rays; r++) {
         let index = push.update * frame.bounce_rays + r;
         let direction = cosine_direction(normal, r2(face.seed, index));
-        e += hit_radiance(trace(Start(start.xyz, normal, FACE_ERROR), direction, 1e6));
+        let hit = trace(Start(start.xyz, normal, FACE_ERROR), direction, 1e6);
+        if asks { ask_for_light(hit); }
+        e += hit_radiance(hit);
     }
     face_irradiance[id.x] = pack_irradiance(unpack_irradiance(words) + e * (3.14159265 / f32(frame.bounce_rays)));
 }

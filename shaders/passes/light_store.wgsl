@@ -27,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sent = voxel_albedo(voxel, side) * e * 0.318309886 + voxel_emission(voxel, side);
     let address = light_address(voxel, side);
     let radiance = mix(rgb9e5_decode(world_bricks[address]), sent, brick.alpha);
-    let seed = pcg(item ^ pcg(brick.position ^ (push.update * 0x9e3779b9u)));
+    let seed = pcg(item ^ pcg((brick.position & ~ASKS) ^ (push.update * 0x9e3779b9u)));
     let rounding = vec3<f32>(unit_float(pcg(seed)), unit_float(pcg(seed + 1u)), unit_float(pcg(seed + 2u)));
     world_bricks[address] = rgb9e5_encode(radiance, rounding);
 }

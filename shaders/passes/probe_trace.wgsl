@@ -1,7 +1,6 @@
 // 64 directions a probe: one ray in each cell of its hemi-octahedral map, jittered. One workgroup a probe.
 
-#import lib/hdda.wgsl
-#import lib/random.wgsl
+#import lib/reach.wgsl
 #import lib/probes.wgsl
 
 struct ViewPush {
@@ -14,8 +13,6 @@ var<immediate> push: ViewPush;
 @res var<storage, read_write> probe_rays: array<vec2<u32>>;
 // A ray of each probe, drawn in proportion to what it brings: where it hit (camera-relative metres) and its radiance's bits.
 @res var<storage, read_write> probe_guides: array<vec4<f32>>;
-// Word 0: rays traced.
-@res var<storage, read_write> counters: array<atomic<u32>, 4>;
 
 var<workgroup> brought: array<f32, 64>;
 var<workgroup> chosen: u32;
@@ -29,6 +26,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let local = probe_direction(index, thread, push.frame_index);
     let origin = view.camera + place.xyz / frame.voxel_size + normal * 0.001;
     let hit = trace(Start(origin, normal, FACE_ERROR), basis(normal) * local.xyz, 1e6);
+    ask_for_light(hit);
     // A hit's radiance goes on as it is stored.
     var radiance = 0u;
     if hit.kind == MISS {

@@ -2,8 +2,7 @@
 // own rays into the world cache. What is near a pixel it sees by a short ray of its own, and another one looks whether
 // something hides the probes' light. Then the average over time with rejection where the surface was not seen before.
 
-#import lib/hdda.wgsl
-#import lib/random.wgsl
+#import lib/reach.wgsl
 #import lib/probes.wgsl
 
 struct ViewPush {
@@ -71,7 +70,9 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
     var e = vec3<f32>(0.0);
     for (var r = 0u; r < rays; r++) {
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index * rays + r));
-        e += hit_radiance(trace(start, direction, 1e6));
+        let hit = trace(start, direction, 1e6);
+        ask_for_light(hit);
+        e += hit_radiance(hit);
     }
     // Next to a probe, a few rays count for little.
     return vec4<f32>(e * (PI / f32(rays)), f32(rays) / 64.0);
@@ -108,6 +109,7 @@ fn look(surface: Surface, start: Start, direction: vec3<f32>, reach: f32) -> Hit
     if hit.kind == HIT && is_seen_through(surface, surface.position + direction * (hit.t * frame.voxel_size)) {
         hit.kind = MISS;
     }
+    ask_for_light(hit);
     return hit;
 }
 

@@ -7,6 +7,8 @@ struct BatchBrick {
     seed: u32,
     // Its place in its group: x | y << 2 | z << 4.
     place: u32,
+    // Its first word in `reach_masks`; NONE: every face that may be lit is.
+    reach: u32,
 }
 
 // What `face_resolve` tells the host of a brick.
@@ -19,6 +21,10 @@ struct BrickResult {
     faces: u32,
     // Occupied voxels | different surfaces << 16.
     voxels_surfaces: u32,
+    // Faces that are not lit because nothing reaches them.
+    unreached: u32,
+    // Which voxels are occupied: a mask of two words for each block.
+    occupied: array<u32, 16>,
 }
 
 struct Material {
@@ -42,11 +48,13 @@ struct BrickCopy {
     unused: u32,
 }
 
+const ASKS: u32 = 0x80000000u;
+
 // A brick chosen for lighting.
 struct LightBrick {
     // First word in `world_bricks`.
     base: u32,
-    // Brick position in the window: x | y << 10 | z << 20.
+    // Brick position in the window: x | y << 10 | z << 20; with ASKS, rays of its faces may ask for light.
     position: u32,
     // Its faces' first place in `vis_faces`.
     first_face: u32,

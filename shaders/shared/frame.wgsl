@@ -24,6 +24,8 @@ struct Frame {
     bounce_rays: u32,
     // Shadow samples a face, light and update.
     direct_samples: u32,
+    // 1: some faces are not lit, for nothing reaches them.
+    unreached: u32,
 }
 
 struct Light {

@@ -15,6 +15,12 @@ const BATCH_BRICKS: u32 = 32u;
 // A brick and one voxel around it.
 const APRON_VOXELS: u32 = 10u;
 const APRON_COUNT: u32 = 1000u;
+// Words of a bit for each of them.
+const REACH_WORDS: u32 = (APRON_COUNT + 31u) / 32u;
+// Places for requests for light in `counters`, two words each, and where they begin.
+const REQUESTS: u32 = 256u;
+const REQUESTS_WORD: u32 = 4u;
+const COUNTER_WORDS: u32 = REQUESTS_WORD + 2u * REQUESTS;
 // Words of a voxel's six faces between `voxelize` and `face_resolve`.
 const RECORD_WORDS: u32 = 18u;
 // Surfaces on a voxel's border are moved this far into the solid (voxels): accuracy rule "ties go into the solid".

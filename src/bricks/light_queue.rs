@@ -128,7 +128,13 @@ impl LightQueue {
 
     /// Takes bricks whose turn it is, as many as the budget allows, in frame `clock`. Positions count from `window`,
     /// distances from `camera` (bricks). Returns them with the number of their faces.
-    pub fn choose(&mut self, budget: &LightBudget, clock: u64, window: IVec3, camera: DVec3) -> (&[LightBrick], u32) {
+    pub fn choose(
+        &mut self,
+        budget: &LightBudget,
+        clock: u64,
+        window: IVec3,
+        camera: DVec3,
+    ) -> (&mut [LightBrick], u32) {
         let most = budget.bricks.min(CHOSEN_MAX);
         let (mut taken, mut faces) = (std::mem::take(&mut self.taken), 0);
         while let Some(mut list) = self.take_first() {
@@ -169,7 +175,7 @@ impl LightQueue {
             self.waiting += 1;
         }
         self.taken = taken;
-        (&self.chosen, faces)
+        (&mut self.chosen, faces)
     }
 
     /// Takes the list of the earliest deadline out; an empty one does not come.

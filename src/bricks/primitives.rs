@@ -1,6 +1,7 @@
 //! Which triangles touch which brick.
 
-use crate::gpu::shared::{BatchBrick, TIE_SHIFT, TRANSLUCENT, TWO_SIDED};
+use super::Mask;
+use crate::gpu::shared::{BatchBrick, NONE, REACH_WORDS, TIE_SHIFT, TRANSLUCENT, TWO_SIDED};
 use crate::scene::{Instance, Mesh, Scene};
 use glam::{DVec3, IVec3, Vec3};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -189,10 +190,12 @@ impl PrimitiveIndex {
         self.bricks.iter().map(|(brick, list)| (*brick, list.iter().map(pair).collect())).collect()
     }
 
-    /// Lists a brick's triangles in `batch`. False if there are more than [`MAX_TRIANGLES`].
+    /// Lists a brick's triangles, and which of its faces may be lit, in `batch`. False if there are more than
+    /// [`MAX_TRIANGLES`].
     pub fn triangles(
         &self,
         brick: IVec3,
+        mask: Option<Mask>,
         scene: &Scene,
         grid: &WorldGrid,
         materials: &FxHashMap<u64, u32>,
@@ -220,7 +223,9 @@ impl PrimitiveIndex {
             triangle_count: (batch.lists.len() - first) as u32,
             seed: brick.to_array().iter().fold(0u32, |h, v| (h ^ *v as u32).wrapping_mul(0x9e37_79b1)),
             place: place.x | place.y << 2 | place.z << 4,
+            reach: mask.map_or(NONE, |_| batch.masks.len() as u32 * REACH_WORDS),
         });
+        batch.masks.extend(mask);
         list.len() <= MAX_TRIANGLES
     }
 }
@@ -233,6 +238,8 @@ pub struct Batch {
     pub lists: Vec<u32>,
     /// In group space.
     pub triangles: Vec<[f32; 16]>,
+    /// Of the bricks that have one.
+    pub masks: Vec<Mask>,
     /// Where a group's triangle stands; None: it has no area.
     known: FxHashMap<(IVec3, Primitive), Option<u32>>,
 }
@@ -243,19 +250,24 @@ impl Batch {
         self.bricks.clear();
         self.lists.clear();
         self.triangles.clear();
+        self.masks.clear();
         self.known.clear();
     }
 
     /// Bytes to upload.
     pub fn bytes(&self) -> u64 {
         let [bricks, lists] = [size_of_val(&self.bricks[..]), size_of_val(&self.lists[..])];
-        (bricks + lists + size_of_val(&self.triangles[..])) as u64
+        let [triangles, masks] = [size_of_val(&self.triangles[..]), size_of_val(&self.masks[..])];
+        (bricks + lists + triangles + masks) as u64
     }
 
     /// Takes the last brick out again; `triangles`: how many there were before.
     pub fn drop_last(&mut self, triangles: usize) {
         if let Some(brick) = self.bricks.pop() {
             self.lists.truncate(brick.first_triangle as usize);
+            if brick.reach != NONE {
+                self.masks.pop();
+            }
             self.triangles.truncate(triangles);
             self.known.retain(|_, index| index.is_none_or(|i| (i as usize) < triangles));
         }

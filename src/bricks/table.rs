@@ -1,6 +1,6 @@
 //! The bricks table: what is resident, what waits, and the memory of both.
 
-use super::{AxisCounts, BrickWindow, ExtentAllocator, Grid, LightBudget, LightQueue, Viewpoint};
+use super::{AxisCounts, BrickWindow, ExtentAllocator, Grid, LightBudget, LightQueue, Viewpoint, unpack};
 use crate::gpu::shared::{BrickCopy, BrickResult, LightBrick, NONE, PAGE_WORDS};
 use glam::{DVec3, IVec3, UVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -14,6 +14,8 @@ struct Brick {
     /// First page and pages in `world_bricks`; 0 pages: nothing in it.
     page: u32,
     pages: u32,
+    /// Faces that have no light because nothing reaches them.
+    unreached: u32,
     /// Its turn to be lit, if it has faces.
     turn: Option<u32>,
 }
@@ -73,6 +75,7 @@ pub struct BrickTable {
     reach: f64,
     /// Memory has been freed, or the anchor has moved: `reach` may be too short.
     freed: bool,
+    unreached: u32,
     /// New bricks since everything was there.
     entered: u32,
     /// Frames so far.
@@ -102,6 +105,7 @@ impl BrickTable {
             anchor: DVec3::INFINITY,
             reach: f64::INFINITY,
             freed: false,
+            unreached: 0,
             entered: 0,
             clock: 0,
             lighting: LightQueue::default(),
@@ -205,6 +209,16 @@ impl BrickTable {
         self.lighting.faces()
     }
 
+    /// Faces resident that have no light because nothing reaches them.
+    pub fn unreached(&self) -> u32 {
+        self.unreached
+    }
+
+    /// Whether a brick is resident.
+    pub fn holds(&self, brick: IVec3) -> bool {
+        self.resident.contains_key(&brick)
+    }
+
     /// Whether anything is in flight.
     pub fn busy(&self) -> bool {
         !self.in_flight.is_empty()
@@ -229,7 +243,15 @@ impl BrickTable {
         (brick.as_dvec3() + 0.5 - self.anchor).length_squared()
     }
 
-    fn covers(&self, brick: IVec3) -> bool {
+    /// Whether a brick, voxelised, is what is to be shown: it is in the window, fitted into the payload, and nothing has
+    /// changed meanwhile.
+    pub fn takes(&self, finished: &Finished) -> bool {
+        let Finished { position, result } = finished;
+        self.covers(*position) && !self.dirty.contains(position) && result.offset != NONE
+    }
+
+    /// Whether a brick lies in the window.
+    pub fn covers(&self, brick: IVec3) -> bool {
         let relative = brick - self.window();
         relative.cmpge(IVec3::ZERO).all() && relative.cmplt((self.extent * 4).as_ivec3()).all()
     }
@@ -303,6 +325,12 @@ impl BrickTable {
                 self.wait(brick, None);
             }
         }
+    }
+
+    /// Queues bricks that other faces of are to be lit than were: what they take will differ.
+    pub fn touch_reach(&mut self, bricks: &[IVec3]) {
+        self.touch(bricks);
+        self.freed |= !bricks.is_empty();
     }
 
     /// A brick that waits already keeps its turn.
@@ -387,21 +415,10 @@ impl BrickTable {
         if !finished.is_empty() {
             self.changed();
         }
-        for Finished { position, result } in finished {
-            self.in_flight.remove(position);
-            let covered = self.covers(*position);
-            let dirty = self.dirty.remove(position);
-            if !covered {
-                continue;
-            }
+        // All give back first what they had: the holes of neighbours join.
+        let accepted: Vec<&Finished> = finished.iter().filter(|f| self.accept(f)).collect();
+        for Finished { position, result } in accepted {
             let pages = result.words.div_ceil(PAGE_WORDS);
-            if dirty || result.offset == NONE {
-                self.wait(*position, (!dirty).then_some(pages));
-                continue;
-            }
-            self.entered += u32::from(!self.resident.contains_key(position));
-            let before = self.vacate(*position);
-            self.freed |= pages < before;
             if pages == 0 {
                 self.grid.remove(*position);
                 self.resident.insert(*position, Brick::default());
@@ -414,15 +431,33 @@ impl BrickTable {
                 continue;
             };
             let (distance, target_word) = (self.distance(*position).sqrt(), page * PAGE_WORDS);
-            let lit = result.faces > 0;
-            let turn = lit.then(|| self.lighting.enter(*position, target_word, result.faces, distance));
-            self.resident.insert(*position, Brick { page, pages, turn });
+            let BrickResult { words, offset, faces, unreached, .. } = *result;
+            let turn = (faces > 0).then(|| self.lighting.enter(*position, target_word, faces, distance));
+            self.resident.insert(*position, Brick { page, pages, unreached, turn });
             self.filled.add(*position);
-            copies.push((*position, BrickCopy { source: result.offset, target_word, words: result.words, unused: 0 }));
+            self.unreached += unreached;
+            copies.push((*position, BrickCopy { source: offset, target_word, words, unused: 0 }));
         }
         // A brick may have lost its place to a nearer one of the same batch.
         copies.retain(|(p, c)| self.resident.get(p).is_some_and(|b| b.page * PAGE_WORDS == c.target_word));
         copies.into_iter().map(|(_, copy)| copy).collect()
+    }
+
+    /// Takes a voxelised brick off the GPU's hands and frees what it had, which the grid still shows. Whether it is what is
+    /// to be shown.
+    fn accept(&mut self, finished: &Finished) -> bool {
+        let Finished { position, result } = finished;
+        let taken = self.takes(finished);
+        self.in_flight.remove(position);
+        let dirty = self.dirty.remove(position);
+        let pages = result.words.div_ceil(PAGE_WORDS);
+        if taken {
+            self.entered += u32::from(!self.resident.contains_key(position));
+            self.freed |= pages < self.vacate(*position);
+        } else if self.covers(*position) {
+            self.wait(*position, (!dirty).then_some(pages));
+        }
+        taken
     }
 
     /// Frees a resident brick; the pages that it had.
@@ -440,6 +475,7 @@ impl BrickTable {
         if old.pages > 0 {
             self.pages.free(old.page, old.pages);
             self.filled.remove(brick);
+            self.unreached -= old.unreached;
         }
         if let Some(turn) = old.turn {
             self.lighting.leave(turn);
@@ -523,13 +559,10 @@ impl BrickTable {
     }
 
     /// Chooses bricks for lighting, those that are due first. Returns them with the number of their faces.
-    pub fn choose_for_light(&mut self, budget: &LightBudget, camera: DVec3) -> (&[LightBrick], u32) {
+    pub fn choose_for_light(&mut self, budget: &LightBudget, camera: DVec3) -> (&mut [LightBrick], u32) {
         let window = self.window();
         let (chosen, faces) = self.lighting.choose(budget, self.clock, window, camera);
-        debug_assert!(chosen.iter().all(|brick| {
-            let place = UVec3::new(brick.position, brick.position >> 10, brick.position >> 20) & 1023;
-            self.grid.find(window + place.as_ivec3()) == Some(brick.base)
-        }));
+        debug_assert!(chosen.iter().all(|b| self.grid.find(window + unpack(b.position)) == Some(b.base)));
         (chosen, faces)
     }
 

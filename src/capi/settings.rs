@@ -66,6 +66,9 @@ pub struct BgiSettings {
     /// earlier frames, bricks are handed to the GPU as far as they will fit, one at least and voxelizeBricksPerFrame at
     /// most. Without effect where the device has no timestamps.
     pub voxelize_ms: f32,
+    /// 1: faces that neither light nor eye can reach go without light of their own while the world does not fit into
+    /// memoryBudget otherwise. 0: never; the default.
+    pub region_culling: u32,
 }
 
 structure_types! { BgiSettings = BGI_STRUCTURE_TYPE_SETTINGS }
@@ -88,6 +91,7 @@ impl From<Settings> for BgiSettings {
             temporal_frames: from.temporal_frames,
             pixel_rays: from.pixel_rays,
             voxelize_ms: from.voxelize_ms,
+            region_culling: from.region_culling.into(),
         }
     }
 }
@@ -113,6 +117,11 @@ impl BgiSettings {
             temporal_frames: self.temporal_frames,
             pixel_rays: self.pixel_rays,
             voxelize_ms: self.voxelize_ms,
+            region_culling: match self.region_culling {
+                0 => false,
+                1 => true,
+                other => return Err(Failure::argument(format!("regionCulling is {other}, not 0 or 1"))),
+            },
         })
     }
 }
@@ -148,6 +157,7 @@ mod tests {
                 hit_model: HitModel::Cube,
                 grid_offset: [0.1, 0.2, 0.3],
                 voxelize_ms: 1.5,
+                region_culling: preset == Preset::Low,
                 ..Settings::preset(preset)
             };
             let back = BgiSettings::from(settings.clone()).settings().unwrap();

@@ -59,6 +59,8 @@ pub struct BgiStats {
     pub bricks_voxelized: u32,
     /// Out: lit voxel faces resident.
     pub faces: u32,
+    /// Out: voxel faces resident that are not lit, because neither light nor eye reaches them and memory is short.
+    pub faces_unreached: u32,
     /// Out: allocation units of 32 bytes in use by bricks.
     pub pages: u32,
     /// In: elements at `passes`. Out: elements written, or available where `passes` is NULL.
@@ -107,6 +109,7 @@ pub unsafe extern "C" fn bgiGetStats(context: BgiContext, stats: *mut BgiStats) 
             bricks_missing_in_view: stats.bricks_missing_in_view,
             bricks_voxelized: stats.bricks_voxelized,
             faces: stats.faces,
+            faces_unreached: stats.faces_unreached,
             pages: stats.pages,
             ..*out
         };

@@ -47,6 +47,7 @@ pub fn voxelize(frame: &mut Frame, queued: &Batch, how: &Voxelization) {
     frame.upload.push("batch_bricks", bricks);
     frame.upload.push("triangle_lists", &queued.lists);
     frame.upload.push("triangles", &queued.triangles);
+    frame.upload.push("reach_masks", queued.masks.as_flattened());
     for first_brick in (0..bricks.len() as u32).step_by(batch as usize) {
         let count = (bricks.len() as u32 - first_brick).min(batch);
         frame.dispatch("voxel_mark", [count, 1, 1], VoxelMarkPush { first_brick });

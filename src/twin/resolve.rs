@@ -15,24 +15,27 @@ pub fn voxelize(source: &Source, model: HitModel, errors: &Errors) -> Brick {
     let inner = cuts
         .iter()
         .filter(|(cell, cut)| cell.cmpge(IVec3::ZERO).all() && cell.cmplt(IVec3::splat(8)).all() && is_occupied(cut));
-    inner.map(|(cell, cut)| (*cell, voxel(&cuts, *cell, cut, model))).collect()
+    inner.map(|(cell, _)| (*cell, voxel(source, &cuts, *cell, model))).collect()
 }
 
 fn is_occupied(cut: &Cut) -> bool {
     cut.sides.iter().any(Option::is_some)
 }
 
-fn voxel(cuts: &HashMap<IVec3, Cut>, cell: IVec3, cut: &Cut, model: HitModel) -> Voxel {
+fn voxel(source: &Source, cuts: &HashMap<IVec3, Cut>, cell: IVec3, model: HitModel) -> Voxel {
+    let cut = &cuts[&cell];
     let mut voxel = Voxel { translucent: cut.translucent, ..Voxel::default() };
     for side in 0..6 {
-        let front = &cuts[&(cell + side_step(side))];
+        let front_cell = cell + side_step(side);
+        let front = &cuts[&front_cell];
         let open = !is_occupied(front);
         let own = cut.sides[side];
         // Cube hits need every open side: without surface it borrows another side's albedo (hole repair).
         let borrowed = (model == HitModel::Cube && open).then(|| outer_wall(cut, side));
         let Some(surface) = own.or(borrowed) else { continue };
         let thin_wall = (0..3).any(|a| a != side >> 1 && (cut.thin[a] || front.thin[a]));
-        let lit = open || (model == HitModel::Plane && (surface.emits || !thin_wall));
+        let unreached = open && !surface.emits && source.is_unreached(front_cell);
+        let lit = !unreached && (open || (model == HitModel::Plane && (surface.emits || !thin_wall)));
         voxel.faces[side] = Some(Face {
             plane: surface.plane,
             mask: surface.mask,

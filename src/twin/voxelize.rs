@@ -5,6 +5,7 @@ use super::pack::{
 };
 use super::random::{Errors, pcg, unit_float};
 use super::triangle::{Triangle, dither_order};
+use crate::bricks::Mask;
 use crate::gpu::shared::{CONTACT_LIST_MAX, Material};
 use glam::{DVec2, DVec3, IVec3, Vec3};
 
@@ -21,6 +22,16 @@ pub struct Source<'a> {
     pub texels: &'a [u32],
     pub emission_max: f64,
     pub seed: u32,
+    /// Cells of the apron that are out of reach.
+    pub reach: Option<Mask>,
+}
+
+impl Source<'_> {
+    pub fn is_unreached(&self, cell: IVec3) -> bool {
+        let c = (cell + 1).as_uvec3();
+        let bit = c.x + 10 * (c.y + 10 * c.z);
+        self.reach.is_some_and(|mask| mask[(bit / 32) as usize] >> (bit % 32) & 1 == 1)
+    }
 }
 
 /// A side that holds surface.

@@ -35,6 +35,10 @@ impl World {
 
         let BricksLimit { steady, beside, momentary } =
             self.memory.bricks_limit(scope, &fixed, mean_brick, self.table.resident());
+        // Once bricks have been refused, until everything would fit with all of its faces lit.
+        let saved = self.table.unreached() / PAGE_WORDS;
+        let would_fill = saved > 0 && demand.saturating_add(saved) > steady - steady / 8;
+        self.short = scope.settings.region_culling && (self.table.is_full() || would_fill);
         let capacity = self.table.pages.capacity();
         if capacity == 0 {
             self.table.grow(FIRST_PAGES);

@@ -9,14 +9,18 @@
 //! voxelised, fewer faces lit, farther bricks left out.
 
 use super::FrameScope;
-use crate::bricks::Grid;
+use crate::bricks::{Grid, unpack};
 use crate::context::ResourceSize;
 use crate::error::{Error, Result};
 use crate::frame::Command;
-use crate::gpu::shared::{APRON_COUNT, BATCH_BRICKS, BLOCK_WORDS, BrickResult, LightBrick, PAGE_WORDS, RECORD_WORDS};
+use crate::gpu::shared::{
+    APRON_COUNT, BATCH_BRICKS, BLOCK_WORDS, BrickResult, COUNTER_WORDS, LightBrick, PAGE_WORDS, RECORD_WORDS,
+    REQUESTS_WORD,
+};
 use crate::gpu::{Bound, Buffer, Location, Player, Replaced, Slot};
 use crate::settings::Settings;
 use ash::vk;
+use glam::IVec3;
 use rustc_hash::FxHashMap;
 
 pub const PAGE_BYTES: u64 = PAGE_WORDS as u64 * 4;
@@ -46,6 +50,12 @@ const UPLOAD_VIEW_BYTES: u64 = 1 << 10;
 const VOXELIZATION_MAX: u64 = 8 << 20;
 /// Most that a frame's payload and triangles may take beyond their share of what the bricks will not need.
 const FRAME_SPARE_MAX: u64 = 8 << 20;
+
+/// Of `counters`.
+const COUNTER_BYTES: u64 = COUNTER_WORDS as u64 * 4;
+
+/// Part of a frame's share that its results may take.
+const RESULTS_PART: u64 = 16;
 
 /// How the budget is divided. Bytes, unless said otherwise.
 struct Shares {
@@ -91,7 +101,12 @@ impl Shares {
 
     /// What bricks of this mean size may take if the fixed parts take so much.
     fn bricks(&self, fixed: &Fixed, mean_brick: u64) -> u64 {
-        let others = fixed.grid + fixed.materials + self.lighting() + self.voxelization + self.uploads(fixed.lights);
+        let others = fixed.grid
+            + fixed.materials
+            + self.lighting()
+            + self.voxelization
+            + self.uploads(fixed.lights)
+            + self.frames_in_flight * COUNTER_BYTES;
         let left = self.budget.saturating_sub(others);
         let mean = mean_brick.max(PAGE_BYTES);
         left * mean / (mean + self.frames_in_flight * UPLOAD_BRICK_BYTES)
@@ -272,7 +287,7 @@ impl Memory {
     pub fn fit_counters(&mut self, scope: &FrameScope) -> Result<()> {
         let counters = &mut self.frames[scope.index].counters;
         if counters.is_none() {
-            *counters = Some(Buffer::new(scope.device, 16, Location::Readback)?);
+            *counters = Some(Buffer::new(scope.device, COUNTER_BYTES, Location::Readback)?);
         }
         Ok(())
     }
@@ -336,6 +351,7 @@ impl Memory {
         spare: u64,
     ) -> Result<Option<Scratch>> {
         let frame = self.shares.frame + (spare / 4 * 3 / self.shares.frames_in_flight).min(FRAME_SPARE_MAX);
+        let bricks = bricks.min((frame / RESULTS_PART / size_of::<BrickResult>() as u64) as u32);
         let results = u64::from(bricks) * size_of::<BrickResult>() as u64;
         let have = self.frames[scope.index].results.as_ref().map_or(0, |b| b.size);
         if have < results && results.next_multiple_of(256) <= self.room(scope) {
@@ -435,6 +451,13 @@ impl Memory {
     /// Rays that the probes of the slot's last frame traced.
     pub fn probe_rays(&self, index: usize) -> u64 {
         self.frames[index].counters.as_ref().map_or(0, |b| u64::from(b.read::<u32>(1)[0]))
+    }
+
+    /// Cells (window, even) that rays of the slot's last frame asked light for, and how many did.
+    pub fn requests(&self, index: usize) -> Vec<(IVec3, u32)> {
+        let words = self.frames[index].counters.as_ref().map_or(Vec::new(), |b| b.read::<u32>(COUNTER_WORDS as usize));
+        let places = words.chunks(2).skip(REQUESTS_WORD as usize / 2).filter(|place| place[0] > 0);
+        places.map(|place| (unpack(place[1]) * 2, place[0])).collect()
     }
 
     /// Says what the passes' names stand for in this slot's frame.

@@ -4,16 +4,18 @@ mod growth;
 mod memory;
 mod voxelization;
 
-use crate::bricks::{Batch, BrickTable, Finished, LightBudget, PrimitiveIndex, Viewpoint, WorldGrid};
+use crate::bricks::{
+    Batch, BrickTable, Cells, Finished, LightBudget, PrimitiveIndex, Regions, Viewpoint, WorldGrid, unpack,
+};
 use crate::context::ResourceSize;
 use crate::error::Result;
 use crate::frame::{Command, Frame};
 use crate::gpu::shared::{
-    Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
+    ASKS, Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
 };
 use crate::gpu::{Device, Player, Slot};
 use crate::passes;
-use crate::scene::{Light, Scene};
+use crate::scene::{Camera, Light, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
 use memory::{Fixed, Memory};
@@ -60,12 +62,17 @@ impl<'a> FrameScope<'a> {
 struct Flight {
     bricks: Vec<IVec3>,
     light_rays: u64,
+    /// Low corner of the window, voxels.
+    window: IVec3,
 }
 
 /// The world's CPU and GPU state.
 pub struct World {
     pub table: BrickTable,
     primitives: PrimitiveIndex,
+    regions: Regions,
+    /// The world, all of its faces lit, does not fit into its memory.
+    short: bool,
     pub grid: WorldGrid,
     memory: Memory,
     flights: Vec<Flight>,
@@ -107,6 +114,8 @@ impl World {
             memory: Memory::new(settings, frames_in_flight, u64::from(table.grid.words()) * 4)?,
             table,
             primitives: PrimitiveIndex::default(),
+            regions: Regions::default(),
+            short: false,
             grid: WorldGrid {
                 voxel_size: f64::from(settings.voxel_size),
                 offset: DVec3::from(settings.grid_offset.map(f64::from)),
@@ -138,11 +147,16 @@ impl World {
 
     /// Re-registers changed instances and queues the bricks that they left or touch.
     pub fn instances_changed(&mut self, changed: &[u64], scene: &Scene) {
-        let left = self.primitives.remove(changed);
-        self.table.touch(&left);
+        let Self { table, primitives, regions, grid, .. } = self;
+        let mut touch = |bricks: &[IVec3]| {
+            table.touch(bricks);
+            // Of what is not resident, what was known is no longer true.
+            bricks.iter().filter(|b| !table.holds(**b)).for_each(|b| regions.forget(*b));
+        };
+        let left = primitives.remove(changed);
+        touch(&left);
         for id in changed.iter().filter(|id| scene.instances.contains_key(id)) {
-            let entered = self.primitives.insert(*id, scene, &self.grid);
-            self.table.touch(entered);
+            touch(primitives.insert(*id, scene, grid));
         }
         left.into_iter().filter(|b| !self.primitives.holds(*b)).for_each(|b| self.table.forget(b));
     }
@@ -153,6 +167,7 @@ impl World {
             let window = self.table.window_bricks().expect("it has just moved");
             self.primitives.follow(window, scene, &self.grid);
             self.table.enter(self.primitives.bricks());
+            self.regions.retain(|brick| window.holds(brick));
         }
     }
 
@@ -177,6 +192,12 @@ impl World {
         self.flights[index].light_rays + self.memory.probe_rays(index)
     }
 
+    /// The cameras of all views: what they see is reached.
+    pub fn follow_cameras<'a>(&mut self, cameras: impl Iterator<Item = &'a Camera> + Clone) {
+        let Self { regions, grid, .. } = self;
+        regions.follow(cameras.map(|camera| grid.to_voxels(DVec3::from(camera.position)).floor().as_ivec3()));
+    }
+
     /// The world's part of a frame seen from `eye` (voxels); `clip` is clip space of the position relative to it in metres.
     /// Returns the bytes that the frame's upload buffer may have.
     pub fn frame(&mut self, scope: &mut FrameScope, scene: &mut Scene, eye: DVec3, clip: DMat4) -> Result<u64> {
@@ -190,6 +211,9 @@ impl World {
         scope.frame.commands.push(Command::Clear("counters"));
         self.upload_materials(scope, scene)?;
         self.commit(scope, scene)?;
+        self.take_requests(scope.index);
+        let again = self.regions.update(self.short);
+        self.table.touch_reach(&again);
         let viewpoint = Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size);
         self.voxelize(scope, scene, &viewpoint)?;
         self.missing_in_view = self.table.missing_in_view(&viewpoint);
@@ -260,6 +284,11 @@ impl World {
             let filled = finished.iter().filter(|f| f.result.words > 0).count().max(1);
             self.mean_words = 0.5 * self.mean_words + 0.5 * words as f32 / filled as f32;
         }
+        if scope.settings.region_culling {
+            for Finished { position, result } in finished.iter().filter(|f| self.table.takes(f)) {
+                self.regions.arrive(*position, Cells::from_blocks(&result.occupied));
+            }
+        }
         self.fit_pages(scope, scene, &finished)?;
         self.table.share_out();
         let copies = self.table.finish(&finished);
@@ -271,11 +300,21 @@ impl World {
         }
         if !finished.is_empty() && self.table.has_loaded() {
             self.loads += 1;
+            self.regions.forget_requests();
             self.lights_changed();
         }
         let grid_writes = self.table.grid.take_writes();
         passes::bricks::commit(&mut scope.frame, &copies, &grid_writes);
         Ok(())
+    }
+
+    /// Takes in which faces without light rays came to in the slot's last frame.
+    fn take_requests(&mut self, index: usize) {
+        if self.regions.any_masked() {
+            let window = self.flights[index].window;
+            let requests = self.memory.requests(index).into_iter().map(|(cell, count)| (window + cell, count));
+            self.regions.take_requests(requests, self.rays(index));
+        }
     }
 
     fn light(&mut self, scope: &mut FrameScope, scene: &Scene, camera: DVec3) -> Result<()> {
@@ -299,6 +338,7 @@ impl World {
             seed_origin: (self.table.window() * 8).as_uvec3().to_array(),
             bounce_rays: settings.bounce_rays,
             direct_samples: settings.direct_samples,
+            unreached: u32::from(self.regions.any_masked()),
             ..FrameUniform::default()
         };
         scope.frame.upload.push("frame", &[uniform]);
@@ -309,7 +349,12 @@ impl World {
         let room = self.memory.fit_lighting(scope, total.min(settings.light_faces_per_frame))?;
         let budget = settings.light_faces_per_frame.min(room);
         let budget = LightBudget { faces: budget, bricks: self.memory.light_bricks(scope), sweeps };
+        let window = self.table.window();
         let (bricks, faces) = self.table.choose_for_light(&budget, camera);
+        if self.regions.any_masked() {
+            let asking = bricks.iter_mut().filter(|b| self.regions.asks(window + unpack(b.position)));
+            asking.for_each(|b| b.position |= ASKS);
+        }
         if !bricks.is_empty() {
             passes::light::light(
                 &mut scope.frame,
@@ -323,6 +368,7 @@ impl World {
             self.updates = self.updates.wrapping_add(sweeps);
         }
         let per_face = u64::from(settings.bounce_rays) + u64::from(settings.direct_samples) * lights.len() as u64;
+        self.flights[scope.index].window = window * 8;
         self.flights[scope.index].light_rays = u64::from(faces) * u64::from(sweeps) * per_face;
         Ok(())
     }

@@ -48,7 +48,8 @@ impl World {
         let mut payload = 0.0;
         for (position, pages) in queue.into_iter().take(scratch.bricks) {
             let before = batch.triangles.len();
-            let all = self.primitives.triangles(position, scene, &self.grid, &self.material_index, &mut batch);
+            let mask = if self.short { self.regions.mask(position) } else { None };
+            let all = self.primitives.triangles(position, mask, scene, &self.grid, &self.material_index, &mut batch);
             payload += pages.map_or(expected, |p| (p * PAGE_WORDS) as f32);
             let bytes = batch.bytes();
             if batch.bricks.len() > 1 && (bytes > scratch.share || payload > scratch.payload_words as f32) {
@@ -61,6 +62,7 @@ impl World {
                     break;
                 }
                 self.table.leave_out(position);
+                self.regions.forget(position);
                 payload = 0.0;
                 continue;
             }
@@ -72,6 +74,7 @@ impl World {
                 ));
             }
             self.table.start(position);
+            self.regions.start(position, mask.is_some());
             self.flights[scope.index].bricks.push(position);
         }
         if batch.bricks.is_empty() {

@@ -68,6 +68,9 @@ pub struct Args {
     /// Rays of each pixel and frame into the world, instead of probes; 0: probes
     #[arg(long)]
     pub pixel_rays: Option<u32>,
+    /// Whether faces that neither light nor eye can reach go unlit where memory is short
+    #[arg(long)]
+    pub region_culling: Option<bool>,
     /// Command buffers on the GPU at once
     #[arg(long, default_value_t = 2)]
     pub frames_in_flight: u32,
@@ -121,6 +124,7 @@ impl Args {
             probe_tile: self.probe_tile.unwrap_or(base.probe_tile),
             temporal_frames: self.temporal_frames.unwrap_or(base.temporal_frames),
             pixel_rays: self.pixel_rays.unwrap_or(base.pixel_rays),
+            region_culling: self.region_culling.unwrap_or(base.region_culling),
         }
     }
 

@@ -42,6 +42,7 @@ pub struct World {
     pub bricks_missing: u32,
     pub bricks_left_out: u32,
     pub faces: u32,
+    pub faces_unreached: u32,
     pub pages: u32,
     pub rays: u64,
 }
@@ -69,6 +70,7 @@ pub struct SettingsEntry {
     probe_tile: u32,
     temporal_frames: u32,
     pixel_rays: u32,
+    region_culling: bool,
 }
 
 impl Report {
@@ -94,6 +96,7 @@ impl From<&Stats> for World {
             bricks_missing: stats.bricks_missing,
             bricks_left_out: stats.bricks_left_out,
             faces: stats.faces,
+            faces_unreached: stats.faces_unreached,
             pages: stats.pages,
             rays: stats.rays,
         }
@@ -116,6 +119,7 @@ impl From<&Settings> for SettingsEntry {
             probe_tile: settings.probe_tile,
             temporal_frames: settings.temporal_frames,
             pixel_rays: settings.pixel_rays,
+            region_culling: settings.region_culling,
         }
     }
 }
@@ -137,6 +141,9 @@ impl Display for Report {
         if world.bricks_missing > 0 {
             let (missing, left_out) = (world.bricks_missing, world.bricks_left_out);
             writeln!(f, "        {missing} bricks are missing, {left_out} of them for lack of memory")?;
+        }
+        if world.faces_unreached > 0 {
+            writeln!(f, "        {} faces are out of reach of light and eye, and not lit", world.faces_unreached)?;
         }
         writeln!(f, "  views {:.2} MiB", mib(world.view_bytes))?;
         match (self.rel_mse, self.nrmse, self.bias) {

@@ -41,6 +41,10 @@ fn faces_of(words: u32) -> u32 {
     words / 10 * (words & 1)
 }
 
+fn unreached_of(words: u32) -> u32 {
+    words / 20
+}
+
 impl History {
     fn new(seed: u64, extent: UVec3, filled: f64, pages: u32) -> Self {
         let mut table = BrickTable::new(extent);
@@ -198,7 +202,8 @@ impl History {
             let version = self.version(position);
             let words = words_of(position, version);
             let offset = if self.random.chance(0.03) { NONE } else { flight.len() as u32 };
-            let result = BrickResult { words, offset, faces: faces_of(words), voxels_surfaces: 0 };
+            let (faces, unreached) = (faces_of(words), unreached_of(words));
+            let result = BrickResult { words, offset, faces, unreached, ..BrickResult::default() };
             self.table.start(position);
             flight.push((Finished { position, result }, version));
         }
@@ -234,10 +239,11 @@ impl History {
     /// What can be seen at a glance.
     fn check_sums(&self) {
         let table = &self.table;
-        let faces_of = |position| faces_of(words_of(position, self.versions[&position]));
-        let (pages, faces) =
-            table.resident.iter().fold((0, 0), |(p, f), (position, b)| (p + b.pages, f + faces_of(*position)));
-        assert_eq!((table.pages.used(), table.faces()), (pages, faces));
+        let sums = table.resident.iter().fold((0, 0, 0), |(pages, faces, unreached), (position, brick)| {
+            let words = words_of(*position, self.versions[position]);
+            (pages + brick.pages, faces + faces_of(words), unreached + unreached_of(words))
+        });
+        assert_eq!((table.pages.used(), table.faces(), table.unreached()), sums);
         let in_flight: Vec<IVec3> = self.flights.iter().flatten().map(|f| f.0.position).collect();
         assert_eq!(in_flight.len(), table.in_flight.len(), "a brick is voxelised twice at a time");
         assert!(in_flight.iter().all(|b| table.in_flight.contains(b)));
@@ -367,7 +373,11 @@ fn live(seed: u64, extent: UVec3, filled: f64, pages: u32, operations: usize) {
     history.scene.clear();
     history.settle();
     let table = &mut history.table;
-    assert_eq!((table.resident(), table.faces(), table.pages.used()), (0, 0, 0), "nothing is left");
+    assert_eq!(
+        (table.resident(), table.faces(), table.unreached(), table.pages.used()),
+        (0, 0, 0, 0),
+        "nothing is left"
+    );
     assert!(table.grid.is_empty());
     let capacity = table.pages.capacity();
     assert_eq!(table.pages.allocate(capacity), Some(0), "the memory is whole again");

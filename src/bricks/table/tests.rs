@@ -28,7 +28,7 @@ fn voxelise(table: &mut BrickTable, bricks: &[(IVec3, Option<u32>)]) {
 
 /// What the GPU says of bricks that it was given.
 fn arrive(table: &mut BrickTable, bricks: &[IVec3]) {
-    let result = |b| BrickResult { words: pages_of(b) * PAGE_WORDS, offset: 0, faces: 1, voxels_surfaces: 0 };
+    let result = |b| BrickResult { words: pages_of(b) * PAGE_WORDS, faces: 1, ..BrickResult::default() };
     let finished: Vec<_> = bricks.iter().map(|b| Finished { position: *b, result: result(*b) }).collect();
     table.finish(&finished);
 }
@@ -148,7 +148,7 @@ fn freed_memory_goes_to_those_that_wait() {
     let emptied: Vec<IVec3> = table.by_distance().into_iter().take(100).collect();
     table.touch(&emptied);
     emptied.iter().for_each(|b| table.start(*b));
-    let nothing = BrickResult { words: 0, offset: 0, faces: 0, voxels_surfaces: 0 };
+    let nothing = BrickResult::default();
     let finished: Vec<_> = emptied.iter().map(|b| Finished { position: *b, result: nothing }).collect();
     table.finish(&finished);
     assert!(settle(&mut table, DVec3::ZERO) > 0);
@@ -243,7 +243,7 @@ fn what_has_vanished_is_forgotten() {
     table.forget(gone);
     assert_eq!(table.next(10, &Viewpoint::all_round(DVec3::ZERO)), [(gone, None)], "it is still to be seen");
     table.start(gone);
-    let nothing = BrickResult { words: 0, offset: 0, faces: 0, voxels_surfaces: 0 };
+    let nothing = BrickResult::default();
     table.finish(&[Finished { position: gone, result: nothing }]);
     assert_eq!(table.resident() as usize, bricks.len());
     table.forget(gone);
