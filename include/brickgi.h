@@ -218,6 +218,34 @@ typedef struct BgiMaterial {
     uint64_t baseColorTexture;
 } BgiMaterial;
 
+/// What the numbers of a vertex attribute are: one of BGI_VERTEX_FORMAT_*. The value is their size in bytes.
+typedef uint32_t BgiVertexFormat;
+
+/// An attribute of a mesh's vertices.
+typedef struct BgiVertexData {
+    /// Host memory. Copied.
+    const void *data;
+    /// Bytes from `data` to the first vertex's first number, which is aligned to the size of a number.
+    uint64_t offset;
+    /// Bytes from one vertex to the next, a multiple of the size of a number; 0: nothing lies between them.
+    uint32_t stride;
+    /// BGI_VERTEX_FORMAT_*
+    BgiVertexFormat format;
+} BgiVertexData;
+
+/// What indices are: one of BGI_INDEX_TYPE_*. The value is their size in bytes; VkIndexType has other values.
+typedef uint32_t BgiIndexType;
+
+/// A mesh's indices, side by side.
+typedef struct BgiIndexData {
+    /// Host memory. Copied.
+    const void *data;
+    /// Bytes from `data` to the first index, which is aligned to the size of an index.
+    uint64_t offset;
+    /// BGI_INDEX_TYPE_*
+    BgiIndexType indexType;
+} BgiIndexData;
+
 /// A triangle mesh.
 typedef struct BgiMesh {
     /// BGI_STRUCTURE_TYPE_MESH
@@ -226,16 +254,16 @@ typedef struct BgiMesh {
     const void *pNext;
     /// Chosen by the host; a mesh that has it already is replaced, in all its instances.
     uint64_t id;
-    /// Positions, 1 to BGI_MAX_COUNT.
+    /// Vertices, 1 to BGI_MAX_COUNT.
     uint32_t vertexCount;
     /// Three per triangle, 3 to BGI_MAX_COUNT.
     uint32_t indexCount;
-    /// vertexCount times x, y, z in object space, metres, finite. Copied.
-    const float *positions;
-    /// Optional: vertexCount times u, v. (0, 0) is the corner of the texture's first texel; repeats. Copied.
-    const float *uvs;
-    /// indexCount indices, each below vertexCount; counter-clockwise seen from the front. Copied.
-    const uint32_t *indices;
+    /// x, y, z in object space, metres, finite.
+    struct BgiVertexData positions;
+    /// Optional (`data` NULL): u, v, finite. (0, 0) is the corner of the texture's first texel; repeats.
+    struct BgiVertexData uvs;
+    /// Each below vertexCount; triangles are counter-clockwise seen from the front.
+    struct BgiIndexData indices;
 } BgiMesh;
 
 /// A mesh placed in the world.
@@ -559,6 +587,18 @@ typedef struct BgiStats {
 
 /// Where it enters the voxel's cube. Kept for comparison.
 #define BGI_HIT_MODEL_CUBE 1
+
+/// IEEE 754 binary16. VK_FORMAT_R16G16B16A16_SFLOAT is this with a stride of 8: its fourth number is passed over.
+#define BGI_VERTEX_FORMAT_FLOAT16 2
+
+/// IEEE 754 binary32.
+#define BGI_VERTEX_FORMAT_FLOAT32 4
+
+/// 16-bit unsigned integers.
+#define BGI_INDEX_TYPE_UINT16 2
+
+/// 32-bit unsigned integers.
+#define BGI_INDEX_TYPE_UINT32 4
 
 /// Parallel light: `direction` and `irradiance`.
 #define BGI_LIGHT_TYPE_DIRECTIONAL 1

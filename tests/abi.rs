@@ -63,6 +63,8 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiTexture { s_type, p_next, id, width, height, rgba8 }
         BgiMaterial { s_type, p_next, id, base_color, emission, has_base_color_texture, base_color_texture }
         BgiMesh { s_type, p_next, id, vertex_count, index_count, positions, uvs, indices }
+        BgiVertexData { data, offset, stride, format }
+        BgiIndexData { data, offset, index_type }
         BgiInstance { s_type, p_next, id, mesh, material, translation, linear }
         BgiMeshUpdate {
             s_type, p_next, removed_instances, removed_meshes, textures, materials, meshes, instances,

@@ -96,8 +96,8 @@ static void gi_set_scene(const Gi *gi) {
             .id = i,
             .vertexCount = part->vertex_count,
             .indexCount = part->index_count,
-            .positions = cornell_positions[part->first_vertex],
-            .indices = &cornell_indices[part->first_index],
+            .positions = {.data = cornell_positions[part->first_vertex], .format = BGI_VERTEX_FORMAT_FLOAT32},
+            .indices = {.data = &cornell_indices[part->first_index], .indexType = BGI_INDEX_TYPE_UINT32},
         };
         instances[i] = (BgiInstance){
             .sType = BGI_STRUCTURE_TYPE_INSTANCE,

@@ -1,9 +1,11 @@
 //! What the world is made of.
 
+use super::geometry::{BgiIndexData, BgiVertexData};
 use super::guard::{Failure, guard_context};
 use super::input::{self, structure_types};
 use super::types::*;
 use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, TextureDesc};
+use std::borrow::Cow;
 use std::ffi::c_void;
 
 /// An 8-bit sRGB colour texture.
@@ -54,16 +56,16 @@ pub struct BgiMesh {
     pub p_next: *const c_void,
     /// Chosen by the host; a mesh that has it already is replaced, in all its instances.
     pub id: u64,
-    /// Positions, 1 to BGI_MAX_COUNT.
+    /// Vertices, 1 to BGI_MAX_COUNT.
     pub vertex_count: u32,
     /// Three per triangle, 3 to BGI_MAX_COUNT.
     pub index_count: u32,
-    /// vertexCount times x, y, z in object space, metres, finite. Copied.
-    pub positions: *const f32,
-    /// Optional: vertexCount times u, v. (0, 0) is the corner of the texture's first texel; repeats. Copied.
-    pub uvs: *const f32,
-    /// indexCount indices, each below vertexCount; counter-clockwise seen from the front. Copied.
-    pub indices: *const u32,
+    /// x, y, z in object space, metres, finite.
+    pub positions: BgiVertexData,
+    /// Optional (`data` NULL): u, v, finite. (0, 0) is the corner of the texture's first texel; repeats.
+    pub uvs: BgiVertexData,
+    /// Each below vertexCount; triangles are counter-clockwise seen from the front.
+    pub indices: BgiIndexData,
 }
 
 /// A mesh placed in the world.
@@ -160,18 +162,39 @@ impl BgiMaterial {
     }
 }
 
+/// A mesh in host memory, read.
+struct HostMesh<'a> {
+    id: u64,
+    positions: Cow<'a, [[f32; 3]]>,
+    uvs: Cow<'a, [[f32; 2]]>,
+    indices: Cow<'a, [u32]>,
+}
+
+impl HostMesh<'_> {
+    fn desc(&self) -> MeshDesc<'_> {
+        MeshDesc { id: self.id, positions: &self.positions, uvs: &self.uvs, indices: &self.indices }
+    }
+}
+
 impl BgiMesh {
     /// # Safety
     /// The arrays are readable and as long as the header says.
-    unsafe fn desc<'a>(&self, index: usize) -> Result<MeshDesc<'a>, Failure> {
+    unsafe fn read<'a>(&self, index: usize) -> Result<HostMesh<'a>, Failure> {
         let field = |name: &str| format!("meshes[{index}].{name}");
-        // SAFETY: the caller's promise; any bits are a valid f32 or u32.
+        for (name, count) in [("vertexCount", self.vertex_count), ("indexCount", self.index_count)] {
+            if !(1..=BGI_MAX_COUNT).contains(&count) {
+                return Err(Failure::argument(format!("{} is {count}; 1 to {BGI_MAX_COUNT} are allowed", field(name))));
+            }
+        }
+        // SAFETY: the caller's promise.
         unsafe {
-            let positions = input::slice(self.positions.cast(), self.vertex_count, &field("positions"))?;
-            let uv_count = if self.uvs.is_null() { 0 } else { self.vertex_count };
-            let uvs = input::slice(self.uvs.cast(), uv_count, &field("uvs"))?;
-            let indices = input::slice(self.indices, self.index_count, &field("indices"))?;
-            Ok(MeshDesc { id: self.id, positions, uvs, indices })
+            let positions = self.positions.read(self.vertex_count, &field("positions"))?;
+            let uvs = match self.uvs.data.is_null() {
+                true => Cow::default(),
+                false => self.uvs.read(self.vertex_count, &field("uvs"))?,
+            };
+            let indices = self.indices.read(self.index_count, &field("indices"))?;
+            Ok(HostMesh { id: self.id, positions, uvs, indices })
         }
     }
 }
@@ -205,7 +228,8 @@ pub unsafe extern "C" fn bgiUpdateMeshes(context: BgiContext, update: *const Bgi
             let instances = input::structures(update.instances, update.instance_count, "instances")?;
             let textures = describe(textures, |texture, index| texture.desc(index))?;
             let materials = describe(materials, BgiMaterial::desc)?;
-            let meshes = describe(meshes, |mesh, index| mesh.desc(index))?;
+            let meshes = describe(meshes, |mesh, index| mesh.read(index))?;
+            let meshes = meshes.iter().map(HostMesh::desc).collect::<Vec<_>>();
             let instances = instances.iter().map(BgiInstance::desc).collect::<Vec<_>>();
             state.context.update_meshes(&MeshUpdate {
                 removed_instances: input::slice(

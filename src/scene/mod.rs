@@ -3,10 +3,12 @@
 //! Ids are chosen by the host; adding an id that exists replaces it. Every slice is copied before the call returns.
 
 mod camera;
+mod geometry;
 mod sheets;
 mod store;
 
 pub use camera::Camera;
+pub use geometry::{IndexType, VertexFormat};
 pub(crate) use store::{Instance, Mesh, Scene};
 
 /// A triangle mesh of one material set.

@@ -234,6 +234,26 @@ pub fn mesh() -> BgiMesh {
     static POSITIONS: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     static INDICES: [u32; 3] = [0, 1, 2];
     structure! { BgiMesh, BGI_STRUCTURE_TYPE_MESH,
-        id: 1, vertex_count: 3, index_count: 3, positions: POSITIONS.as_ptr(), indices: INDICES.as_ptr(),
+        id: 1, vertex_count: 3, index_count: 3, positions: floats(&POSITIONS), indices: indices(&INDICES),
     }
+}
+
+/// An attribute in host memory.
+pub fn floats(values: &[f32]) -> BgiVertexData {
+    BgiVertexData { data: values.as_ptr().cast(), format: BGI_VERTEX_FORMAT_FLOAT32, ..zeroed() }
+}
+
+/// Indices in host memory.
+pub fn indices(values: &[u32]) -> BgiIndexData {
+    BgiIndexData { data: values.as_ptr().cast(), index_type: BGI_INDEX_TYPE_UINT32, ..zeroed() }
+}
+
+/// As [`floats`], of the bits of half floats.
+pub fn halves(bits: &[u16]) -> BgiVertexData {
+    BgiVertexData { data: bits.as_ptr().cast(), format: BGI_VERTEX_FORMAT_FLOAT16, ..zeroed() }
+}
+
+/// As [`indices`], of 16 bits.
+pub fn short_indices(values: &[u16]) -> BgiIndexData {
+    BgiIndexData { data: values.as_ptr().cast(), index_type: BGI_INDEX_TYPE_UINT16, ..zeroed() }
 }
