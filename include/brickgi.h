@@ -19,7 +19,7 @@ Structs start with sType (which BGI_STRUCTURE_TYPE_* it is; anything else is ref
 no extension structs; anything else is refused). They never grow: later versions add fields through pNext. Zero a struct
 first, then set sType and what you need.
 
-Memory: what a pointer leads to is copied before the call returns. Nothing that the library returns is to be freed.
+Memory: what a pointer leads to is copied before the call returns; the VkBuffers of a mesh are read later (BgiMesh). Nothing that the library returns is to be freed.
 
 Threads: every function may be called on any thread. Calls on one context run one after another; calls on different
 contexts run at once. A command buffer is the host's to synchronise, as always.
@@ -221,11 +221,15 @@ typedef struct BgiMaterial {
 /// What the numbers of a vertex attribute are: one of BGI_VERTEX_FORMAT_*. The value is their size in bytes.
 typedef uint32_t BgiVertexFormat;
 
-/// An attribute of a mesh's vertices.
+/// An attribute of a mesh's vertices, in host memory or in a buffer.
 typedef struct BgiVertexData {
-    /// Host memory. Copied.
+    /// Host memory, copied before the call returns; or NULL.
     const void *data;
-    /// Bytes from `data` to the first vertex's first number, which is aligned to the size of a number.
+    /// Or a buffer of the context's device, made with VK_BUFFER_USAGE_TRANSFER_SRC_BIT; else VK_NULL_HANDLE. BgiMesh says
+    /// when it is read.
+    VkBuffer buffer;
+    /// Bytes from the start of `data` or `buffer` to the first vertex's first number, which is aligned to the size of a
+    /// number.
     uint64_t offset;
     /// Bytes from one vertex to the next, a multiple of the size of a number; 0: nothing lies between them.
     uint32_t stride;
@@ -236,17 +240,31 @@ typedef struct BgiVertexData {
 /// What indices are: one of BGI_INDEX_TYPE_*. The value is their size in bytes; VkIndexType has other values.
 typedef uint32_t BgiIndexType;
 
-/// A mesh's indices, side by side.
+/// A mesh's indices, side by side, in host memory or in a buffer.
 typedef struct BgiIndexData {
-    /// Host memory. Copied.
+    /// As in BgiVertexData.
     const void *data;
-    /// Bytes from `data` to the first index, which is aligned to the size of an index.
+    /// As in BgiVertexData.
+    VkBuffer buffer;
+    /// Bytes from the start of `data` or `buffer` to the first index, which is aligned to the size of an index.
     uint64_t offset;
     /// BGI_INDEX_TYPE_*
     BgiIndexType indexType;
 } BgiIndexData;
 
-/// A triangle mesh.
+/// A triangle mesh, all of it in host memory or all of it in buffers.
+///
+/// Host memory is copied before the call returns. Buffers are read by the following bgiDispatch calls: these record copies
+/// out of them, in the order in which the meshes were handed over, some MiB a frame (4, and a part of what memoryBudget sets
+/// aside for voxelisation; less where the budget is used up), so that a large mesh takes several. The bgiDispatch call that
+/// comes framesInFlight after the last of them makes the mesh. Until then it is pending (BgiStats.meshesPending): its
+/// instances are not there yet, or have the mesh of this id that was there before. If a number is not finite then, or an
+/// index not below vertexCount, the mesh counts as empty and the log has a warning.
+///
+/// While a mesh is pending its buffers are not changed, and when those command buffers execute, what they hold is complete,
+/// visible to VK_PIPELINE_STAGE_TRANSFER_BIT with VK_ACCESS_TRANSFER_READ_BIT, and owned by their queue family. A mesh that
+/// is removed or replaced is no longer pending; then its buffers live until the GPU has finished with the command buffers
+/// that have been recorded.
 typedef struct BgiMesh {
     /// BGI_STRUCTURE_TYPE_MESH
     BgiStructureType sType;
@@ -260,7 +278,7 @@ typedef struct BgiMesh {
     uint32_t indexCount;
     /// x, y, z in object space, metres, finite.
     struct BgiVertexData positions;
-    /// Optional (`data` NULL): u, v, finite. (0, 0) is the corner of the texture's first texel; repeats.
+    /// Optional (neither data nor buffer): u, v, finite. (0, 0) is the corner of the texture's first texel; repeats.
     struct BgiVertexData uvs;
     /// Each below vertexCount; triangles are counter-clockwise seen from the front.
     struct BgiIndexData indices;
@@ -285,7 +303,7 @@ typedef struct BgiInstance {
 } BgiInstance;
 
 /// A batch of changes, applied in the order of the fields. Each array is optional: count 0. Ids are the host's own
-/// numbers, each kind with its own. Everything is copied before the call returns.
+/// numbers, each kind with its own. All host memory is copied before the call returns.
 typedef struct BgiMeshUpdate {
     /// BGI_STRUCTURE_TYPE_MESH_UPDATE
     BgiStructureType sType;
@@ -468,6 +486,9 @@ typedef struct BgiStats {
     uint32_t faces;
     /// Out: allocation units of 32 bytes in use by bricks.
     uint32_t pages;
+    /// Out: meshes in buffers that have not been read to the end yet: those handed over last. All is loaded where this and
+    /// the missing bricks that are not left out are 0.
+    uint32_t meshesPending;
     /// In: elements at `passes`. Out: elements written, or available where `passes` is NULL.
     uint32_t passCount;
     /// In: elements at `resources`. Out: elements written, or available where `resources` is NULL.

@@ -173,6 +173,60 @@ fn bad_ranges_orders_and_ids_are_refused() {
 }
 
 #[test]
+fn bad_buffers_of_meshes_are_refused() {
+    Bench::new().expect(&[
+        ("both", ARGUMENT, "meshes[0].positions: a mesh lies in host memory or in buffers", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.positions.data = bench::mesh().positions.data)
+        }),
+        ("mixed", ARGUMENT, "meshes[0].indices: a mesh lies in host memory or in buffers", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.indices = bench::mesh().indices)
+        }),
+        ("mixed the other way", ARGUMENT, "meshes[0].uvs: a mesh lies in host memory or in buffers", |b| {
+            b.update_buffer_mesh(|mesh, _| {
+                mesh.uvs = mesh.positions;
+                (mesh.positions, mesh.indices) = (bench::mesh().positions, bench::mesh().indices);
+            })
+        }),
+        ("no indices", ARGUMENT, "mesh 1: indices.buffer is vk_null_handle", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.indices.buffer = vk::Buffer::null())
+        }),
+        ("format", ARGUMENT, "meshes[0].positions.format: 97 is no bgi_vertex_format_*", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.positions.format = 97)
+        }),
+        ("index type", ARGUMENT, "meshes[0].indices.indextype: 0 is no bgi_index_type_*", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.indices.index_type = 0)
+        }),
+        ("stride", ARGUMENT, "mesh 1: positions.stride is 8; an element has 12 bytes", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.positions.stride = 8)
+        }),
+        ("offset", ARGUMENT, "mesh 1: positions.offset is 2; it must be a multiple of 4", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.positions.offset = 2)
+        }),
+        ("beyond the end", ARGUMENT, "mesh 1: indices: 12 bytes from offset 1048576 on; the buffer has ", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.indices.offset = 1 << 20)
+        }),
+        ("strides beyond the end", ARGUMENT, "mesh 1: uvs: 2097160 bytes from offset 0 on; the buffer has ", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.uvs = BgiVertexData { stride: 1 << 20, ..mesh.positions })
+        }),
+        ("endless offset", ARGUMENT, "mesh 1: positions: 36 bytes from offset 18446744073709551612 on", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.positions.offset = u64::MAX - 3)
+        }),
+        ("no vertices", ARGUMENT, "meshes[0].vertexcount is 0", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.vertex_count = 0)
+        }),
+        ("not triangles", ARGUMENT, "mesh 1: indices must be three per triangle", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.index_count = 2)
+        }),
+        ("twice", ARGUMENT, "mesh 1 is given twice, in host memory and in buffers", |b| {
+            b.update_buffer_mesh(|_, other| *other = bench::mesh())
+        }),
+        ("removed before it is there", BGI_ERROR_UNKNOWN_ID, "mesh 1", |b| {
+            b.update(|update| (update.removed_meshes, update.removed_mesh_count) = (&1, 1))
+        }),
+    ]);
+}
+
+#[test]
 fn bad_handles_are_refused() {
     // SAFETY, for every block in this table: misuse that the header says is survived.
     Bench::new().expect(&[

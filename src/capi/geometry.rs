@@ -2,7 +2,8 @@
 
 use super::guard::Failure;
 use super::input;
-use crate::scene::{IndexType, VertexFormat};
+use super::vk::VkBuffer;
+use crate::scene::{BufferAddress, IndexBuffer, IndexType, VertexBuffer, VertexFormat};
 use std::borrow::Cow;
 use std::ffi::c_void;
 
@@ -20,13 +21,17 @@ pub const BGI_INDEX_TYPE_UINT16: BgiIndexType = 2;
 /// 32-bit unsigned integers.
 pub const BGI_INDEX_TYPE_UINT32: BgiIndexType = 4;
 
-/// An attribute of a mesh's vertices.
+/// An attribute of a mesh's vertices, in host memory or in a buffer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BgiVertexData {
-    /// Host memory. Copied.
+    /// Host memory, copied before the call returns; or NULL.
     pub data: *const c_void,
-    /// Bytes from `data` to the first vertex's first number, which is aligned to the size of a number.
+    /// Or a buffer of the context's device, made with VK_BUFFER_USAGE_TRANSFER_SRC_BIT; else VK_NULL_HANDLE. BgiMesh says
+    /// when it is read.
+    pub buffer: VkBuffer,
+    /// Bytes from the start of `data` or `buffer` to the first vertex's first number, which is aligned to the size of a
+    /// number.
     pub offset: u64,
     /// Bytes from one vertex to the next, a multiple of the size of a number; 0: nothing lies between them.
     pub stride: u32,
@@ -34,13 +39,15 @@ pub struct BgiVertexData {
     pub format: BgiVertexFormat,
 }
 
-/// A mesh's indices, side by side.
+/// A mesh's indices, side by side, in host memory or in a buffer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BgiIndexData {
-    /// Host memory. Copied.
+    /// As in BgiVertexData.
     pub data: *const c_void,
-    /// Bytes from `data` to the first index, which is aligned to the size of an index.
+    /// As in BgiVertexData.
+    pub buffer: VkBuffer,
+    /// Bytes from the start of `data` or `buffer` to the first index, which is aligned to the size of an index.
     pub offset: u64,
     /// BGI_INDEX_TYPE_*
     pub index_type: BgiIndexType,
@@ -76,6 +83,16 @@ impl BgiVertexData {
             _ => Cow::Owned(format.decode(bytes, layout.stride).collect()),
         })
     }
+
+    /// In a buffer.
+    ///
+    /// # Safety
+    /// As the header says of `buffer`.
+    pub(super) unsafe fn in_buffer(&self, field: &str) -> Result<VertexBuffer, Failure> {
+        // SAFETY: the caller's promise.
+        let address = unsafe { BufferAddress::new(self.buffer, self.offset) };
+        Ok(VertexBuffer { address, stride: self.stride, format: self.vertex_format(field)? })
+    }
 }
 
 impl BgiIndexData {
@@ -100,5 +117,15 @@ impl BgiIndexData {
             IndexType::Uint32 => Cow::Borrowed(bytemuck::cast_slice(bytes)),
             IndexType::Uint16 => Cow::Owned(index_type.decode(bytes).collect()),
         })
+    }
+
+    /// In a buffer.
+    ///
+    /// # Safety
+    /// As the header says of `buffer`.
+    pub(super) unsafe fn in_buffer(&self, field: &str) -> Result<IndexBuffer, Failure> {
+        // SAFETY: the caller's promise.
+        let address = unsafe { BufferAddress::new(self.buffer, self.offset) };
+        Ok(IndexBuffer { address, index_type: self.index_type(field)? })
     }
 }

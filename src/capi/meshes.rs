@@ -4,7 +4,8 @@ use super::geometry::{BgiIndexData, BgiVertexData};
 use super::guard::{Failure, guard_context};
 use super::input::{self, structure_types};
 use super::types::*;
-use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, TextureDesc};
+use super::vk::VkBuffer;
+use crate::scene::{BufferMeshDesc, InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, TextureDesc};
 use std::borrow::Cow;
 use std::ffi::c_void;
 
@@ -46,7 +47,19 @@ pub struct BgiMaterial {
     pub base_color_texture: u64,
 }
 
-/// A triangle mesh.
+/// A triangle mesh, all of it in host memory or all of it in buffers.
+///
+/// Host memory is copied before the call returns. Buffers are read by the following bgiDispatch calls: these record copies
+/// out of them, in the order in which the meshes were handed over, some MiB a frame (4, and a part of what memoryBudget sets
+/// aside for voxelisation; less where the budget is used up), so that a large mesh takes several. The bgiDispatch call that
+/// comes framesInFlight after the last of them makes the mesh. Until then it is pending (BgiStats.meshesPending): its
+/// instances are not there yet, or have the mesh of this id that was there before. If a number is not finite then, or an
+/// index not below vertexCount, the mesh counts as empty and the log has a warning.
+///
+/// While a mesh is pending its buffers are not changed, and when those command buffers execute, what they hold is complete,
+/// visible to VK_PIPELINE_STAGE_TRANSFER_BIT with VK_ACCESS_TRANSFER_READ_BIT, and owned by their queue family. A mesh that
+/// is removed or replaced is no longer pending; then its buffers live until the GPU has finished with the command buffers
+/// that have been recorded.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BgiMesh {
@@ -62,7 +75,7 @@ pub struct BgiMesh {
     pub index_count: u32,
     /// x, y, z in object space, metres, finite.
     pub positions: BgiVertexData,
-    /// Optional (`data` NULL): u, v, finite. (0, 0) is the corner of the texture's first texel; repeats.
+    /// Optional (neither data nor buffer): u, v, finite. (0, 0) is the corner of the texture's first texel; repeats.
     pub uvs: BgiVertexData,
     /// Each below vertexCount; triangles are counter-clockwise seen from the front.
     pub indices: BgiIndexData,
@@ -89,7 +102,7 @@ pub struct BgiInstance {
 }
 
 /// A batch of changes, applied in the order of the fields. Each array is optional: count 0. Ids are the host's own
-/// numbers, each kind with its own. Everything is copied before the call returns.
+/// numbers, each kind with its own. All host memory is copied before the call returns.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BgiMeshUpdate {
@@ -177,15 +190,37 @@ impl HostMesh<'_> {
 }
 
 impl BgiMesh {
-    /// # Safety
-    /// The arrays are readable and as long as the header says.
-    unsafe fn read<'a>(&self, index: usize) -> Result<HostMesh<'a>, Failure> {
-        let field = |name: &str| format!("meshes[{index}].{name}");
+    fn is_in_buffers(&self) -> bool {
+        self.positions.buffer != VkBuffer::null()
+    }
+
+    /// What decides how the rest is read.
+    fn check(&self, field: impl Fn(&str) -> String) -> Result<(), Failure> {
         for (name, count) in [("vertexCount", self.vertex_count), ("indexCount", self.index_count)] {
             if !(1..=BGI_MAX_COUNT).contains(&count) {
                 return Err(Failure::argument(format!("{} is {count}; 1 to {BGI_MAX_COUNT} are allowed", field(name))));
             }
         }
+        let sources = [
+            ("positions", self.positions.data, self.positions.buffer),
+            ("uvs", self.uvs.data, self.uvs.buffer),
+            ("indices", self.indices.data, self.indices.buffer),
+        ];
+        for (name, data, buffer) in sources {
+            let both = if self.is_in_buffers() { !data.is_null() } else { buffer != VkBuffer::null() };
+            if both {
+                let text = "a mesh lies in host memory or in buffers, not in both";
+                return Err(Failure::argument(format!("{}: {text}", field(name))));
+            }
+        }
+        Ok(())
+    }
+
+    /// # Safety
+    /// The arrays are readable and as long as the header says.
+    unsafe fn in_host_memory<'a>(&self, index: usize) -> Result<HostMesh<'a>, Failure> {
+        let field = |name: &str| format!("meshes[{index}].{name}");
+        self.check(field)?;
         // SAFETY: the caller's promise.
         unsafe {
             let positions = self.positions.read(self.vertex_count, &field("positions"))?;
@@ -195,6 +230,24 @@ impl BgiMesh {
             };
             let indices = self.indices.read(self.index_count, &field("indices"))?;
             Ok(HostMesh { id: self.id, positions, uvs, indices })
+        }
+    }
+
+    /// # Safety
+    /// The buffers are as the header says.
+    unsafe fn in_buffers(&self, index: usize) -> Result<BufferMeshDesc, Failure> {
+        let field = |name: &str| format!("meshes[{index}].{name}");
+        self.check(field)?;
+        let Self { id, vertex_count, index_count, .. } = *self;
+        // SAFETY: the caller's promise.
+        unsafe {
+            let positions = self.positions.in_buffer(&field("positions"))?;
+            let uvs = match self.uvs.buffer == VkBuffer::null() {
+                true => None,
+                false => Some(self.uvs.in_buffer(&field("uvs"))?),
+            };
+            let indices = self.indices.in_buffer(&field("indices"))?;
+            Ok(BufferMeshDesc { id, vertex_count, index_count, positions, uvs, indices })
         }
     }
 }
@@ -228,8 +281,14 @@ pub unsafe extern "C" fn bgiUpdateMeshes(context: BgiContext, update: *const Bgi
             let instances = input::structures(update.instances, update.instance_count, "instances")?;
             let textures = describe(textures, |texture, index| texture.desc(index))?;
             let materials = describe(materials, BgiMaterial::desc)?;
-            let meshes = describe(meshes, |mesh, index| mesh.read(index))?;
-            let meshes = meshes.iter().map(HostMesh::desc).collect::<Vec<_>>();
+            let (mut host_meshes, mut buffer_meshes) = (Vec::new(), Vec::new());
+            for (index, mesh) in meshes.iter().enumerate() {
+                match mesh.is_in_buffers() {
+                    true => buffer_meshes.push(mesh.in_buffers(index)?),
+                    false => host_meshes.push(mesh.in_host_memory(index)?),
+                }
+            }
+            let meshes = host_meshes.iter().map(HostMesh::desc).collect::<Vec<_>>();
             let instances = instances.iter().map(BgiInstance::desc).collect::<Vec<_>>();
             state.context.update_meshes(&MeshUpdate {
                 removed_instances: input::slice(
@@ -241,6 +300,7 @@ pub unsafe extern "C" fn bgiUpdateMeshes(context: BgiContext, update: *const Bgi
                 textures: &textures,
                 materials: &materials,
                 meshes: &meshes,
+                buffer_meshes: &buffer_meshes,
                 instances: &instances,
             })?;
         }

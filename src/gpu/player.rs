@@ -39,11 +39,11 @@ impl Bound {
     }
 }
 
-/// A buffer that another one has replaced, and what is kept of it.
-pub struct Replaced {
-    pub old: vk::Buffer,
-    pub new: vk::Buffer,
-    pub kept: Vec<vk::BufferCopy>,
+/// What is copied from one buffer into another. The regions lie in both, and no two of them meet.
+pub struct Copies {
+    pub from: vk::Buffer,
+    pub to: vk::Buffer,
+    pub regions: Vec<vk::BufferCopy>,
 }
 
 /// What one frame in flight owns.
@@ -143,7 +143,7 @@ pub struct Player<'a> {
     commands: vk::CommandBuffer,
     bound: FxHashMap<&'static str, Bound>,
     prepared: FxHashMap<&'static str, Prepared<'a>>,
-    replaced: FxHashMap<&'static str, Replaced>,
+    copies: FxHashMap<&'static str, Vec<Copies>>,
     written: FxHashSet<u64>,
     read: FxHashSet<u64>,
     /// Nothing has been recorded yet: earlier frames may have written anything.
@@ -156,10 +156,10 @@ impl<'a> Player<'a> {
         pipelines: &'a Pipelines,
         commands: vk::CommandBuffer,
         bound: FxHashMap<&'static str, Bound>,
-        replaced: FxHashMap<&'static str, Replaced>,
+        copies: FxHashMap<&'static str, Vec<Copies>>,
     ) -> Self {
         let (prepared, written, read) = Default::default();
-        Self { device, pipelines, commands, bound, prepared, replaced, written, read, fresh: true }
+        Self { device, pipelines, commands, bound, prepared, copies, written, read, fresh: true }
     }
 
     /// Records the list. The slot's upload buffer takes at most `upload_limit` bytes, which must hold the frame's.
@@ -179,7 +179,7 @@ impl<'a> Player<'a> {
                     // SAFETY: recording; the range is the buffer's.
                     unsafe { self.device.raw.cmd_fill_buffer(self.commands, buffer, offset, size, 0) };
                 }
-                Command::Move(name) => self.carry_over(name),
+                Command::Copy(name) => self.copy(name),
                 Command::Dispatch { pass, groups, push } => {
                     self.dispatch(pass, groups, push, slot)?;
                     slot.timing.mark(self.device, self.commands, pass);
@@ -195,14 +195,12 @@ impl<'a> Player<'a> {
         self.bound.get(name).copied().ok_or_else(|| Error::invalid(format!("no resource is bound to `{name}`")))
     }
 
-    fn carry_over(&mut self, name: &str) {
-        let Some(Replaced { old, new, kept }) = self.replaced.remove(name) else { return };
-        if kept.is_empty() {
-            return;
+    fn copy(&mut self, name: &str) {
+        for Copies { from, to, regions } in self.copies.remove(name).unwrap_or_default() {
+            self.synchronise(&[buffer_key(from)], &[buffer_key(to)], None);
+            // SAFETY: recording; every region lies in both buffers, and no two of them meet.
+            unsafe { self.device.raw.cmd_copy_buffer(self.commands, from, to, &regions) };
         }
-        self.synchronise(&[buffer_key(old)], &[buffer_key(new)], None);
-        // SAFETY: recording; every region lies in both buffers, and no two of them meet.
-        unsafe { self.device.raw.cmd_copy_buffer(self.commands, old, new, &kept) };
     }
 
     fn dispatch(&mut self, pass: &'static str, groups: &Groups, push: &[u8], slot: &Slot) -> Result<()> {

@@ -4,7 +4,7 @@ use super::vulkan::Host;
 use crate::context::DeviceHandles;
 use crate::frame::Frame;
 use crate::gpu::shaders::{SHADERS, TEST_SHADERS};
-use crate::gpu::{Bound, Buffer, Device, Location, Pipelines, Player, Replaced, Slot};
+use crate::gpu::{Bound, Buffer, Copies, Device, Location, Pipelines, Player, Slot};
 use ash::vk;
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
@@ -67,7 +67,7 @@ impl Gpu {
         &self,
         frame: &Frame,
         bound: FxHashMap<&'static str, Bound>,
-        replaced: FxHashMap<&'static str, Replaced>,
+        copies: FxHashMap<&'static str, Vec<Copies>>,
         slot: &mut Slot,
     ) {
         let raw = &self.host.device;
@@ -78,7 +78,7 @@ impl Gpu {
             let commands = raw.allocate_command_buffers(&info).expect("a command buffer");
             let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             raw.begin_command_buffer(commands[0], &begin).expect("recording");
-            let player = Player::new(&self.device, &self.pipelines, commands[0], bound, replaced);
+            let player = Player::new(&self.device, &self.pipelines, commands[0], bound, copies);
             player.play(frame, slot, u64::MAX).expect("a frame that can be played");
             raw.end_command_buffer(commands[0]).expect("recorded");
             let queue = raw.get_device_queue(self.host.family, 0);

@@ -2,6 +2,7 @@
 
 mod growth;
 mod memory;
+mod readback;
 mod voxelization;
 
 use crate::bricks::{Batch, BrickTable, Finished, LightBudget, PrimitiveIndex, Viewpoint, WorldGrid};
@@ -11,12 +12,13 @@ use crate::frame::{Command, Frame};
 use crate::gpu::shared::{
     Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
 };
-use crate::gpu::{Bound, Device, Replaced, Slot};
+use crate::gpu::{Bound, Copies, Device, Slot};
 use crate::passes;
 use crate::scene::{Light, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
 use memory::{Fixed, Memory};
+use readback::Readback;
 use rustc_hash::FxHashMap;
 
 /// Lighting sweeps a frame when the face budget allows: the more, the faster light travels.
@@ -67,6 +69,7 @@ pub struct World {
     pub table: BrickTable,
     primitives: PrimitiveIndex,
     pub grid: WorldGrid,
+    pub readback: Readback,
     memory: Memory,
     flights: Vec<Flight>,
     /// The last frame's; kept for its memory.
@@ -109,6 +112,7 @@ impl World {
                 voxel_size: f64::from(settings.voxel_size),
                 offset: DVec3::from(settings.grid_offset.map(f64::from)),
             },
+            readback: Readback::new(frames_in_flight),
             flights: vec![Flight::default(); frames_in_flight],
             batch: Batch::default(),
             material_index: FxHashMap::default(),
@@ -177,6 +181,7 @@ impl World {
     /// The world's part of a frame seen from `eye` (voxels); `clip` is clip space of the position relative to it in metres.
     /// Returns the bytes that the frame's upload buffer may have.
     pub fn frame(&mut self, scope: &mut FrameScope, scene: &mut Scene, eye: DVec3, clip: DMat4) -> Result<u64> {
+        self.take_in_meshes(scope.index, scene);
         self.table.tick();
         let fixed = self.fixed(scene);
         self.memory.check(&fixed)?;
@@ -188,6 +193,7 @@ impl World {
         self.upload_materials(scope, scene)?;
         self.commit(scope, scene)?;
         self.voxelize(scope, scene, &Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size))?;
+        self.ask_for_meshes(scope)?;
         self.light(scope, scene, eye / 8.0)?;
         self.tell(scope.settings);
         self.memory.finish(scope)
@@ -356,9 +362,9 @@ impl World {
         self.memory.bindings(index)
     }
 
-    /// Buffers that others have replaced since the last call.
-    pub fn take_replaced(&mut self) -> FxHashMap<&'static str, Replaced> {
-        self.memory.take_replaced()
+    /// What the frame's copies by name stand for.
+    pub fn take_copies(&mut self) -> FxHashMap<&'static str, Vec<Copies>> {
+        self.memory.take_copies()
     }
 
     /// Names and bytes of everything that counts against the budget.

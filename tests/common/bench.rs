@@ -1,11 +1,13 @@
 //! What the misuse tests work on: a live context with a view, and every struct in a valid state, to be spoilt.
 
+#![allow(dead_code, reason = "each test program uses a part")]
+
 use crate::vulkan::Host;
 use ash::vk;
 use ash::vk::Handle;
 use brickgi::capi::*;
 use std::ffi::{CStr, c_char};
-use std::ptr::{null_mut, without_provenance_mut};
+use std::ptr::{null, null_mut, without_provenance_mut};
 
 /// A struct with its sType and the fields that are named; the rest is zero.
 macro_rules! structure {
@@ -125,6 +127,24 @@ impl Bench {
         let mut mesh = mesh();
         change(&mut mesh);
         self.update(|update| (update.meshes, update.mesh_count) = (&mesh, 1))
+    }
+
+    /// An update of a mesh in a buffer, and of another one that is as good.
+    pub fn update_buffer_mesh(&self, change: impl FnOnce(&mut BgiMesh, &mut BgiMesh)) -> BgiResult {
+        let device = &self.host.device;
+        let info = vk::BufferCreateInfo::default().size(256).usage(vk::BufferUsageFlags::TRANSFER_SRC);
+        // SAFETY: a live device; the update is refused, so that nothing reads the buffer.
+        let buffer = unsafe { device.create_buffer(&info, None) }.expect("a buffer");
+        let mut mesh = mesh();
+        (mesh.positions.data, mesh.positions.buffer) = (null(), buffer);
+        (mesh.indices.data, mesh.indices.buffer) = (null(), buffer);
+        let mut meshes = [mesh, BgiMesh { id: 2, ..mesh }];
+        let [first, second] = &mut meshes;
+        change(first, second);
+        let result = self.update(|update| (update.meshes, update.mesh_count) = (meshes.as_ptr(), 2));
+        // SAFETY: as above.
+        unsafe { device.destroy_buffer(buffer, None) };
+        result
     }
 
     pub fn update_instance(&self, change: impl FnOnce(&mut BgiInstance)) -> BgiResult {

@@ -14,7 +14,7 @@ const LIGHT_PASSES: [&str; 4] = ["face_compact", "light_direct", "light_bounce",
 /// The passes and the copies that a frame records.
 fn recorded(frame: &Frame) -> Vec<&'static str> {
     let name = |command: &Command| match command {
-        Command::Clear(name) | Command::Move(name) => *name,
+        Command::Clear(name) | Command::Copy(name) => *name,
         Command::Dispatch { pass, .. } => *pass,
     };
     frame.commands.iter().map(name).collect()
@@ -55,7 +55,7 @@ fn a_world_in_which_nothing_changes_records_no_brick_pass() {
             let mut scope = FrameScope::new(&gpu.device, &settings, &mut slots, 0, frames, Frame::default());
             world.frame(&mut scope, &mut scene, DVec3::ZERO, DMat4::IDENTITY).expect("a frame");
             let frame = scope.frame;
-            gpu.play(&frame, world.bindings(0), world.take_replaced(), &mut slots[0]);
+            gpu.play(&frame, world.bindings(0), world.take_copies(), &mut slots[0]);
             frame
         };
         let at_once = run();
