@@ -19,7 +19,8 @@ Structs start with sType (which BGI_STRUCTURE_TYPE_* it is; anything else is ref
 no extension structs; anything else is refused). They never grow: later versions add fields through pNext. Zero a struct
 first, then set sType and what you need.
 
-Memory: what a pointer leads to is copied before the call returns; the VkBuffers of a mesh are read later (BgiMesh). Nothing that the library returns is to be freed.
+Memory: what a pointer leads to is copied before the call returns; the VkBuffers of a mesh are read later (BgiMesh).
+Nothing that the library returns is to be freed.
 
 Threads: every function may be called on any thread. Calls on one context run one after another; calls on different
 contexts run at once. A command buffer is the host's to synchronise, as always.
@@ -255,16 +256,15 @@ typedef struct BgiIndexData {
 /// A triangle mesh, all of it in host memory or all of it in buffers.
 ///
 /// Host memory is copied before the call returns. Buffers are read by the following bgiDispatch calls: these record copies
-/// out of them, in the order in which the meshes were handed over, some MiB a frame (4, and a part of what memoryBudget sets
-/// aside for voxelisation; less where the budget is used up), so that a large mesh takes several. The bgiDispatch call that
-/// comes framesInFlight after the last of them makes the mesh. Until then it is pending (BgiStats.meshesPending): its
-/// instances are not there yet, or have the mesh of this id that was there before. If a number is not finite then, or an
-/// index not below vertexCount, the mesh counts as empty and the log has a warning.
+/// out of them, in the order in which the meshes were handed over and up to 4.5 MiB a call, less where memoryBudget is used
+/// up; a large mesh takes several. The call that comes framesInFlight after the last of them makes the mesh. Until then it is
+/// pending (BgiStats.meshesPending): its instances are not there yet, or have the mesh of this id that was there before. If
+/// a number is not finite then, or an index not below vertexCount, the mesh counts as empty and the log has a warning.
 ///
-/// While a mesh is pending its buffers are not changed, and when those command buffers execute, what they hold is complete,
-/// visible to VK_PIPELINE_STAGE_TRANSFER_BIT with VK_ACCESS_TRANSFER_READ_BIT, and owned by their queue family. A mesh that
-/// is removed or replaced is no longer pending; then its buffers live until the GPU has finished with the command buffers
-/// that have been recorded.
+/// While a mesh is pending its buffers do not change, and whenever such a command buffer executes, what they hold is
+/// complete, visible to VK_PIPELINE_STAGE_TRANSFER_BIT with VK_ACCESS_TRANSFER_READ_BIT, and owned by the queue's family.
+/// Removing or replacing a mesh ends its being pending; its buffers may go once the GPU has finished with the command
+/// buffers that were recorded before.
 typedef struct BgiMesh {
     /// BGI_STRUCTURE_TYPE_MESH
     BgiStructureType sType;
@@ -710,10 +710,11 @@ BgiResult bgiDestroyView(BgiContext context, BgiView view);
 /// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
 BgiResult bgiSetCamera(BgiContext context, BgiView view, const struct BgiCamera *camera);
 
-/// Records one view's frame into the host's command buffer: queued bricks, lighting, probes, resolve. Compute only;
-/// valid in secondary command buffers; no queue is touched and nothing is waited for. Clobbered and not restored: the
-/// compute pipeline, compute descriptor sets and push constants. Barriers for the library's own buffers are its own.
-/// The handles in `info` must stay valid until the GPU has finished with the command buffer.
+/// Records one view's frame into the host's command buffer: copies of pending meshes, queued bricks, lighting, probes,
+/// resolve. Compute and copies only; valid in secondary command buffers; no queue is touched and nothing is waited for.
+/// Clobbered and not restored: the compute pipeline, compute descriptor sets and push constants. Barriers for the library's
+/// own buffers are its own. The handles in `info` and the buffers of pending meshes must stay valid until the GPU has
+/// finished with the command buffer.
 ///
 /// @return BGI_SUCCESS; BGI_WARNING_WORLD_INCOMPLETE, after all its work, where bricks are left out for lack of memory
 /// (the log says so once, when it begins); BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,

@@ -249,8 +249,12 @@ static Options parse(int count, char **arguments) {
     Options options = {&cornell_cameras[0], 64, 320, 180, 0.0f, "cornell", false, false};
     for (int i = 1; i < count; i++) {
         const char *name = arguments[i];
-        if (strcmp(name, "--validate") == 0 || strcmp(name, "--mesh-buffers") == 0) {
-            *(name[2] == 'v' ? &options.validate : &options.mesh_buffers) = true;
+        if (strcmp(name, "--validate") == 0) {
+            options.validate = true;
+            continue;
+        }
+        if (strcmp(name, "--mesh-buffers") == 0) {
+            options.mesh_buffers = true;
             continue;
         }
         const char *value = ++i < count ? arguments[i] : "";

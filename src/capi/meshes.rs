@@ -50,16 +50,15 @@ pub struct BgiMaterial {
 /// A triangle mesh, all of it in host memory or all of it in buffers.
 ///
 /// Host memory is copied before the call returns. Buffers are read by the following bgiDispatch calls: these record copies
-/// out of them, in the order in which the meshes were handed over, some MiB a frame (4, and a part of what memoryBudget sets
-/// aside for voxelisation; less where the budget is used up), so that a large mesh takes several. The bgiDispatch call that
-/// comes framesInFlight after the last of them makes the mesh. Until then it is pending (BgiStats.meshesPending): its
-/// instances are not there yet, or have the mesh of this id that was there before. If a number is not finite then, or an
-/// index not below vertexCount, the mesh counts as empty and the log has a warning.
+/// out of them, in the order in which the meshes were handed over and up to 4.5 MiB a call, less where memoryBudget is used
+/// up; a large mesh takes several. The call that comes framesInFlight after the last of them makes the mesh. Until then it is
+/// pending (BgiStats.meshesPending): its instances are not there yet, or have the mesh of this id that was there before. If
+/// a number is not finite then, or an index not below vertexCount, the mesh counts as empty and the log has a warning.
 ///
-/// While a mesh is pending its buffers are not changed, and when those command buffers execute, what they hold is complete,
-/// visible to VK_PIPELINE_STAGE_TRANSFER_BIT with VK_ACCESS_TRANSFER_READ_BIT, and owned by their queue family. A mesh that
-/// is removed or replaced is no longer pending; then its buffers live until the GPU has finished with the command buffers
-/// that have been recorded.
+/// While a mesh is pending its buffers do not change, and whenever such a command buffer executes, what they hold is
+/// complete, visible to VK_PIPELINE_STAGE_TRANSFER_BIT with VK_ACCESS_TRANSFER_READ_BIT, and owned by the queue's family.
+/// Removing or replacing a mesh ends its being pending; its buffers may go once the GPU has finished with the command
+/// buffers that were recorded before.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BgiMesh {

@@ -39,7 +39,8 @@ impl Bound {
     }
 }
 
-/// What is copied from one buffer into another. The regions lie in both, and no two of them meet.
+/// What is copied from one buffer into another. The regions lie in both, and no two meet, of other copies of the same name
+/// neither.
 pub struct Copies {
     pub from: vk::Buffer,
     pub to: vk::Buffer,
@@ -196,8 +197,10 @@ impl<'a> Player<'a> {
     }
 
     fn copy(&mut self, name: &str) {
-        for Copies { from, to, regions } in self.copies.remove(name).unwrap_or_default() {
-            self.synchronise(&[buffer_key(from)], &[buffer_key(to)], None);
+        let copies = self.copies.remove(name).unwrap_or_default();
+        let keys = |of: fn(&Copies) -> vk::Buffer| copies.iter().map(|c| buffer_key(of(c))).collect::<Vec<_>>();
+        self.synchronise(&keys(|c| c.from), &keys(|c| c.to), None);
+        for Copies { from, to, regions } in copies {
             // SAFETY: recording; every region lies in both buffers, and no two of them meet.
             unsafe { self.device.raw.cmd_copy_buffer(self.commands, from, to, &regions) };
         }
