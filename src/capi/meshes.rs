@@ -223,9 +223,10 @@ impl BgiMesh {
         // SAFETY: the caller's promise.
         unsafe {
             let positions = self.positions.read(self.vertex_count, &field("positions"))?;
-            let uvs = match self.uvs.data.is_null() {
-                true => Cow::default(),
-                false => self.uvs.read(self.vertex_count, &field("uvs"))?,
+            let uvs = if self.uvs.data.is_null() {
+                Cow::default()
+            } else {
+                self.uvs.read(self.vertex_count, &field("uvs"))?
             };
             let indices = self.indices.read(self.index_count, &field("indices"))?;
             Ok(HostMesh { id: self.id, positions, uvs, indices })
@@ -241,10 +242,7 @@ impl BgiMesh {
         // SAFETY: the caller's promise.
         unsafe {
             let positions = self.positions.in_buffer(&field("positions"))?;
-            let uvs = match self.uvs.buffer == VkBuffer::null() {
-                true => None,
-                false => Some(self.uvs.in_buffer(&field("uvs"))?),
-            };
+            let uvs = if self.uvs.buffer == VkBuffer::null() { None } else { Some(self.uvs.in_buffer(&field("uvs"))?) };
             let indices = self.indices.in_buffer(&field("indices"))?;
             Ok(BufferMeshDesc { id, vertex_count, index_count, positions, uvs, indices })
         }
@@ -282,9 +280,10 @@ pub unsafe extern "C" fn bgiUpdateMeshes(context: BgiContext, update: *const Bgi
             let materials = describe(materials, BgiMaterial::desc)?;
             let (mut host_meshes, mut buffer_meshes) = (Vec::new(), Vec::new());
             for (index, mesh) in meshes.iter().enumerate() {
-                match mesh.is_in_buffers() {
-                    true => buffer_meshes.push(mesh.in_buffers(index)?),
-                    false => host_meshes.push(mesh.in_host_memory(index)?),
+                if mesh.is_in_buffers() {
+                    buffer_meshes.push(mesh.in_buffers(index)?);
+                } else {
+                    host_meshes.push(mesh.in_host_memory(index)?);
                 }
             }
             let meshes = host_meshes.iter().map(HostMesh::desc).collect::<Vec<_>>();

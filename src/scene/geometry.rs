@@ -105,10 +105,10 @@ impl BufferAddress {
     /// context's device.
     ///
     /// # Safety
-    /// `buffer` is such a buffer, or null. From the update that names it until its mesh is no longer pending, or is
-    /// removed or replaced, it is unchanged, and so its contents are whenever a command buffer executes into which
-    /// `dispatch` recorded: complete, visible to transfer reads, and owned by the queue family. It is not destroyed before
-    /// the GPU has finished with those command buffers.
+    /// `buffer` is such a buffer, or null. From the update that names it until its mesh is no longer pending it neither
+    /// changes nor goes, and whenever a command buffer executes into which `dispatch` recorded meanwhile, its contents are
+    /// complete, visible to transfer reads, and owned by the queue's family. If the mesh is removed or replaced before, the
+    /// buffer lives until the GPU has finished with those command buffers.
     pub unsafe fn new(buffer: vk::Buffer, offset: u64) -> Self {
         Self { buffer, offset }
     }

@@ -431,7 +431,7 @@ impl Memory {
         &mut self,
         scope: &mut FrameScope,
         [bytes, room]: [u64; 2],
-        copies: impl FnOnce(vk::Buffer) -> Vec<Copies>,
+        regions: &[(vk::Buffer, vk::BufferCopy)],
     ) -> Result<()> {
         let have = self.frames[scope.index].readback.as_ref().map_or(0, |b| b.size);
         if !(bytes..=2 * room).contains(&have) {
@@ -439,7 +439,15 @@ impl Memory {
             self.frames[scope.index].readback = Some(Buffer::new(scope.device, bytes, Location::Readback)?);
         }
         let to = self.frames[scope.index].readback.as_ref().expect("just made").raw;
-        self.copies.insert("readback", copies(to));
+        let mut copies: Vec<Copies> = Vec::new();
+        for (from, region) in regions {
+            // Meshes often share buffers, one for each kind of array.
+            match copies.iter_mut().rev().take(3).find(|c| c.from == *from) {
+                Some(copies) => copies.regions.push(*region),
+                None => copies.push(Copies { from: *from, to, regions: vec![*region] }),
+            }
+        }
+        self.copies.insert("readback", copies);
         scope.frame.commands.push(Command::Copy("readback"));
         Ok(())
     }

@@ -5,7 +5,6 @@
 
 use super::{FrameScope, World};
 use crate::error::Result;
-use crate::gpu::Copies;
 use crate::scene::{Array, BufferMeshDesc, MeshDesc, MeshUpdate, Scene};
 use ash::vk;
 use rustc_hash::FxHashSet;
@@ -57,7 +56,18 @@ impl Pending {
 struct Piece {
     serial: u64,
     array: usize,
+    count: u32,
     place: Range<usize>,
+}
+
+/// What a frame is to bring.
+#[derive(Default)]
+struct Plan {
+    pieces: Vec<Piece>,
+    /// Of each piece: out of which buffer, and into which part of the slot's.
+    copies: Vec<(vk::Buffer, vk::BufferCopy)>,
+    /// Of the slot's buffer.
+    bytes: u64,
 }
 
 /// The meshes that are waited for, and what each frame in flight will bring of them.
@@ -93,42 +103,59 @@ impl Readback {
         self.queue.len() as u32
     }
 
-    /// Has the slot's frame bring what `room` bytes hold of what nobody has been asked for yet. Returns the copies into
-    /// the slot's buffer, and how many bytes of it they fill.
-    fn ask(&mut self, index: usize, room: u64) -> (Vec<(vk::Buffer, vk::BufferCopy)>, u64) {
-        let (mut copies, mut taken) = (Vec::new(), 0);
+    /// The next pieces that `room` bytes hold.
+    fn plan(&self, room: u64) -> Plan {
+        let mut plan = Plan::default();
         // Those before have been asked for as a whole.
         let first = self.queue.partition_point(Pending::is_asked);
-        for pending in self.queue.range_mut(first..) {
-            for (array, Array { buffer, offset, layout, count, .. }) in pending.arrays.into_iter().enumerate() {
-                let asked = &mut pending.asked[array];
-                if *asked == count {
+        for pending in self.queue.range(first..) {
+            for (array, (Array { buffer, offset, layout, count, .. }, asked)) in
+                pending.arrays.into_iter().zip(pending.asked).enumerate()
+            {
+                let left = count - asked;
+                if left == 0 {
                     continue;
                 }
-                let fitting = layout.fitting(room - taken).min(count - *asked);
-                if fitting > 0 && copies.len() < PIECES_MAX {
-                    let size = layout.span(fitting);
-                    let src_offset = offset + u64::from(*asked) * u64::from(layout.stride);
-                    copies.push((buffer, vk::BufferCopy { src_offset, dst_offset: taken, size }));
-                    let place = taken as usize..(taken + size) as usize;
-                    self.flights[index].push(Piece { serial: pending.serial, array, place });
-                    *asked += fitting;
-                    taken = (taken + size).next_multiple_of(4).min(room);
+                let start = plan.bytes.next_multiple_of(4);
+                let fitting = layout.fitting(room.saturating_sub(start)).min(left);
+                if fitting == 0 || plan.pieces.len() == PIECES_MAX {
+                    return plan;
                 }
-                if *asked < count {
-                    return (copies, taken);
+                let size = layout.span(fitting);
+                plan.bytes = start + size;
+                let place = start as usize..plan.bytes as usize;
+                plan.pieces.push(Piece { serial: pending.serial, array, count: fitting, place });
+                let src_offset = offset + u64::from(asked) * u64::from(layout.stride);
+                plan.copies.push((buffer, vk::BufferCopy { src_offset, dst_offset: start, size }));
+                if fitting < left {
+                    return plan;
                 }
             }
         }
-        (copies, taken)
+        plan
+    }
+
+    /// The slot's frame brings them.
+    fn ask(&mut self, index: usize, pieces: Vec<Piece>) {
+        for Piece { serial, array, count, .. } in &pieces {
+            if let Some(pending) = self.find(*serial) {
+                pending.asked[*array] += count;
+            }
+        }
+        self.flights[index] = pieces;
+    }
+
+    /// None: it has been removed or replaced.
+    fn find(&mut self, serial: u64) -> Option<&mut Pending> {
+        let at = self.queue.binary_search_by_key(&serial, |pending| pending.serial).ok()?;
+        self.queue.get_mut(at)
     }
 
     /// Takes in what the slot's last frame brought. Returns the meshes of which nothing is missing any more.
     fn arrive(&mut self, index: usize, bytes: &[u8]) -> Vec<Pending> {
-        for Piece { serial, array, place } in std::mem::take(&mut self.flights[index]) {
-            // It may have been removed or replaced meanwhile.
-            if let Ok(at) = self.queue.binary_search_by_key(&serial, |pending| pending.serial) {
-                self.queue[at].read(array, &bytes[place]);
+        for Piece { serial, array, place, .. } in std::mem::take(&mut self.flights[index]) {
+            if let Some(pending) = self.find(serial) {
+                pending.read(array, &bytes[place]);
             }
         }
         let complete = self.queue.iter().take_while(|pending| pending.is_complete()).count();
@@ -157,22 +184,14 @@ impl World {
     /// Has this frame copy what it may of the meshes that are waited for; gives back the slot's buffer where none is.
     pub(super) fn ask_for_meshes(&mut self, scope: &mut FrameScope) -> Result<()> {
         let room = self.memory.readback_room(scope, self.spare);
-        let (requests, bytes) = self.readback.ask(scope.index, room);
-        if requests.is_empty() {
+        let Plan { pieces, copies, bytes } = self.readback.plan(room);
+        if pieces.is_empty() {
             self.memory.release_readback(scope);
             return Ok(());
         }
-        self.memory.read_back(scope, [bytes, room], |to| {
-            let mut copies: Vec<Copies> = Vec::new();
-            for (from, region) in requests {
-                // Meshes often share buffers, one for each kind of array.
-                match copies.iter_mut().rev().take(3).find(|c| c.from == from) {
-                    Some(copies) => copies.regions.push(region),
-                    None => copies.push(Copies { from, to, regions: vec![region] }),
-                }
-            }
-            copies
-        })
+        self.memory.read_back(scope, [bytes, room], &copies)?;
+        self.readback.ask(scope.index, pieces);
+        Ok(())
     }
 }
 
@@ -280,8 +299,9 @@ mod tests {
                 arrived += 1;
             }
             let room = [0, 3, 16, 100, 1000, 5000][random.below(6) as usize];
-            let (copies, bytes) = readback.ask(index, room);
+            let Plan { pieces, copies, bytes } = readback.plan(room);
             assert!(bytes <= room, "{bytes} of {room}");
+            readback.ask(index, pieces);
             slots[index] = vec![0xab; bytes as usize];
             for (buffer, vk::BufferCopy { src_offset, dst_offset, size }) in copies {
                 let [src, dst, size] = [src_offset, dst_offset, size].map(|v| v as usize);
