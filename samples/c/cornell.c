@@ -3,8 +3,9 @@
    cornell [--camera a|b] [--frames N] [--size WxH] [--voxel-size METRES] [--out PREFIX] [--mesh-buffers]
            [--validate]
 
-With --mesh-buffers the library reads the meshes from VkBuffers instead of host memory. Writes the indirect irradiance E_ind after the last frame to PREFIX.pfm (as it is) and PREFIX.ppm (tone-mapped). Ends with
-0 only where everything worked and, with --validate, the validation layer had nothing to say.
+With --mesh-buffers the library reads the meshes from VkBuffers instead of host memory. Writes the indirect irradiance
+E_ind after the last frame to PREFIX.pfm (as it is) and PREFIX.ppm (tone-mapped). Ends with 0 only where everything worked
+and, with --validate, the validation layer had nothing to say.
 
 The host's side (Vulkan, G-buffer, files) lies in host.c, gbuffer.c and picture.c; everything that an engine would add
 for the library stands between the two lines of equals signs. */
