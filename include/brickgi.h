@@ -197,7 +197,7 @@ typedef struct BgiTexture {
     uint32_t width;
     /// Rows, 1 to 16384.
     uint32_t height;
-    /// width * height * 4 bytes, RGBA, rows from the top; colour sRGB-encoded, alpha ignored. Copied.
+    /// width * height * 4 bytes, RGBA, rows from the top; colour sRGB-encoded, alpha linear. Copied.
     const uint8_t *rgba8;
 } BgiTexture;
 
@@ -217,6 +217,10 @@ typedef struct BgiMaterial {
     uint32_t hasBaseColorTexture;
     /// Id of a texture of this or an earlier update.
     uint64_t baseColorTexture;
+    /// Share of the light that goes straight through, 0 (opaque) to 1; the surface takes the rest.
+    float transmittance;
+    /// 1: light also goes through where the texture's alpha is less than 1 (cutouts, foliage); 0: alpha is ignored.
+    uint32_t useTextureAlpha;
 } BgiMaterial;
 
 /// What the numbers of a vertex attribute are: one of BGI_VERTEX_FORMAT_*. The value is their size in bytes.
@@ -482,6 +486,10 @@ typedef struct BgiStats {
     uint32_t bricksMissing;
     /// Out: those of the missing bricks that are left out because the world does not fit into memoryBudget.
     uint32_t bricksLeftOut;
+    /// Out: those of the missing bricks that are in view and nearer than 128 voxels, but for what is left out.
+    uint32_t bricksMissingInView;
+    /// Out: bricks that the latest bgiDispatch voxelises.
+    uint32_t bricksVoxelized;
     /// Out: lit voxel faces resident.
     uint32_t faces;
     /// Out: allocation units of 32 bytes in use by bricks.

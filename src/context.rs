@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::frame::Frame;
-use crate::gpu::{Device, Pipelines, Player, Slot};
-use crate::passes;
+use crate::gpu::{Device, Pipelines, Player, Slot, Target};
+use crate::passes::bricks::VOXELIZE_PASSES;
 use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky};
 use crate::settings::Settings;
 use crate::view::{FrameShape, View, clip};
@@ -118,6 +118,8 @@ pub struct Stats {
     pub bricks: u32,
     /// Bricks that should be resident and are not (waiting, or no memory).
     pub bricks_missing: u32,
+    /// Those of the missing bricks that are in view and nearer than 128 voxels, but for what is left out.
+    pub bricks_missing_in_view: u32,
     /// Those of the missing bricks that are left out because the world does not fit into its memory budget.
     pub bricks_left_out: u32,
     /// Bricks that the latest `dispatch` call voxelises.
@@ -145,6 +147,7 @@ pub struct Context {
     frame_index: u32,
     /// The latest frame's list; kept for its memory.
     frame: Frame,
+    player: Player,
     stats: Stats,
     settings: Settings,
     pipelines: Pipelines,
@@ -185,6 +188,7 @@ impl Context {
             slots: Vec::new(),
             frame_index: 0,
             frame: Frame::default(),
+            player: Player::default(),
             stats: Stats::default(),
             settings: desc.settings,
             pipelines: Pipelines::new(&device)?,
@@ -291,7 +295,7 @@ impl Context {
         let camera = view.camera.ok_or_else(|| Error::invalid("the view has no camera yet"))?;
 
         let index = self.frame_index as usize % self.slots.len();
-        self.read_back(index)?;
+        self.read_back(index);
         let eye = self.world.grid.to_voxels(DVec3::from(camera.position));
         let mut frame = std::mem::take(&mut self.frame);
         frame.clear();
@@ -308,13 +312,12 @@ impl Context {
         };
         let view = self.views.get_mut(&inputs.view.0).expect("found above");
         let uniform = view.uniform(&camera, eye - self.world.window_voxels(), &shape);
-        passes::probes::gather(&mut frame, &uniform, self.frame_index, inputs.output_float32);
+        crate::passes::probes::gather(&mut frame, &uniform, self.frame_index, inputs.output_float32);
 
-        let mut bound = self.world.bindings(index);
-        view.bind(inputs, &mut bound);
-        let copies = self.world.take_copies();
-        let player = Player::new(&self.device, &self.pipelines, inputs.command_buffer, bound, copies);
-        player.play(&frame, &mut self.slots[index], upload_limit)?;
+        self.world.bind(index, &mut self.player);
+        view.bind(inputs, &mut self.player.bound);
+        let to = Target { device: &self.device, pipelines: &self.pipelines, commands: inputs.command_buffer };
+        self.player.play(to, &frame, &mut self.slots[index], upload_limit)?;
         self.frame = frame;
         self.frame_index = self.frame_index.wrapping_add(1);
         self.stats.bricks_voxelized = self.world.voxelizing(index);
@@ -323,33 +326,33 @@ impl Context {
     }
 
     /// Takes in what the GPU wrote when this slot was last used.
-    fn read_back(&mut self, index: usize) -> Result<()> {
-        let times = self.slots[index].timing.read(&self.device);
-        if !times.is_empty() {
-            let own = times.iter().filter(|(name, _)| passes::bricks::VOXELIZE_PASSES.contains(name));
-            self.world.voxelized_in(index, own.map(|t| t.1).sum());
-            self.stats.frame_ms = times.iter().map(|t| t.1).sum();
-            self.stats.passes.clear();
-            for (name, ms) in times {
-                match self.stats.passes.iter_mut().find(|p| p.name == name) {
-                    Some(pass) => pass.ms += ms,
-                    None => self.stats.passes.push(PassTime { name, ms }),
-                }
-            }
+    fn read_back(&mut self, index: usize) {
+        let passes = &mut self.stats.passes;
+        let slot = &mut self.slots[index];
+        if slot.timing.has_times() {
+            passes.clear();
+            slot.timing.read(&self.device, |name, ms| match passes.iter_mut().find(|p| p.name == name) {
+                Some(pass) => pass.ms += ms,
+                None => passes.push(PassTime { name, ms }),
+            });
+            self.stats.frame_ms = passes.iter().map(|p| p.ms).sum();
+            let own = passes.iter().filter(|p| VOXELIZE_PASSES.contains(&p.name));
+            self.world.voxelized_in(index, own.map(|p| p.ms).sum());
         }
-        self.slots[index].recycle(&self.device)?;
+        slot.recycle(&self.device);
         self.stats.rays = self.world.rays(index);
-        Ok(())
     }
 
     fn report(&mut self, start: Instant) {
         let stats = &mut self.stats;
-        stats.resources = self.world.resources(&self.slots);
+        stats.resources.clear();
+        self.world.list(&self.slots, &mut stats.resources);
         stats.world_bytes = stats.resources.iter().map(|r| r.bytes).sum();
         stats.view_bytes = self.views.values().flat_map(View::sizes).map(|r| r.bytes).sum();
         stats.resources.extend(self.views.values().flat_map(View::sizes));
         stats.bricks = self.world.table.resident();
         stats.bricks_missing = self.world.table.missing();
+        stats.bricks_missing_in_view = self.world.missing_in_view;
         stats.bricks_left_out = self.world.table.left_out();
         stats.faces = self.world.table.faces();
         stats.pages = self.world.table.pages.used();

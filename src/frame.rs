@@ -9,6 +9,30 @@ pub enum Groups {
     Indirect(&'static str),
 }
 
+/// A pass's push constants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    bytes: [u8; Self::MAX],
+    count: u8,
+}
+
+impl Push {
+    /// What every device takes.
+    const MAX: usize = 128;
+
+    fn new<P: bytemuck::Pod>(push: P) -> Self {
+        let from = bytemuck::bytes_of(&push);
+        let mut bytes = [0; Self::MAX];
+        bytes[..from.len()].copy_from_slice(from);
+        Self { bytes, count: from.len() as u8 }
+    }
+
+    /// As the shader reads them.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes[..usize::from(self.count)]
+    }
+}
+
 /// One thing to record.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
@@ -24,7 +48,7 @@ pub enum Command {
         /// Its workgroups.
         groups: Groups,
         /// Its push constants.
-        push: Vec<u8>,
+        push: Push,
     },
 }
 
@@ -48,14 +72,14 @@ impl Frame {
     /// Adds a pass; one without workgroups is not recorded at all.
     pub fn dispatch<P: bytemuck::Pod>(&mut self, pass: &'static str, groups: [u32; 3], push: P) {
         if groups.iter().all(|g| *g > 0) {
-            let push = bytemuck::bytes_of(&push).to_vec();
+            let push = Push::new(push);
             self.commands.push(Command::Dispatch { pass, groups: Groups::Direct(groups), push });
         }
     }
 
     /// Adds a pass whose workgroups the GPU counted.
     pub fn dispatch_indirect<P: bytemuck::Pod>(&mut self, pass: &'static str, arguments: &'static str, push: P) {
-        let push = bytemuck::bytes_of(&push).to_vec();
+        let push = Push::new(push);
         self.commands.push(Command::Dispatch { pass, groups: Groups::Indirect(arguments), push });
     }
 }

@@ -150,6 +150,11 @@ fn bad_ranges_orders_and_ids_are_refused() {
         ("removed mesh", UNKNOWN, "mesh 77", |b| {
             b.update(|update| (update.removed_meshes, update.removed_mesh_count) = (&77, 1))
         }),
+        ("material: alpha flag", ARGUMENT, "usetexturealpha", |b| b.update_material(|m| m.use_texture_alpha = 2)),
+        ("material: transmittance", ARGUMENT, "transmittance", |b| b.update_material(|m| m.transmittance = 1.5)),
+        ("material: transmittance NaN", ARGUMENT, "transmittance", |b| {
+            b.update_material(|m| m.transmittance = f32::NAN)
+        }),
         ("material: NaN", ARGUMENT, "material", |b| b.update_material(|m| m.emission[0] = f32::NAN)),
         ("material: texture", UNKNOWN, "texture 77", |b| {
             b.update_material(|m| (m.has_base_color_texture, m.base_color_texture) = (1, 77))

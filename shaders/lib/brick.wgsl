@@ -5,7 +5,8 @@
 //
 // light      a word a lit side: RGB9E5
 // emission   in emissive blocks: a word a lit side, RGB9E5
-// voxels     a word each: sides stored 6 | sides lit 6 << 6 | first surface 9 << 12 | first light 9 << 21 | part-filled << 31
+// voxels     a word each: sides stored 6 | sides lit 6 << 6 | first surface 9 << 12 | first light 9 << 21
+//            | lets light through << 30 | part-filled << 31
 // surfaces   two words a stored side: plane; then albedo (RGB 11 11 10 of the square root), in part-filled voxels coverage
 //            mask << 16 | albedo (RGB 5 6 5 of the square root). Voxels of equal surfaces share them
 
@@ -85,6 +86,10 @@ fn has_side(v: Voxel, side: u32) -> bool {
 
 fn is_lit(v: Voxel, side: u32) -> bool {
     return ((v.word >> (side + 6u)) & 1u) != 0u;
+}
+
+fn is_translucent(v: Voxel) -> bool {
+    return ((v.word >> 30u) & 1u) != 0u;
 }
 
 fn is_part_filled(v: Voxel) -> bool {

@@ -17,6 +17,8 @@ struct Hit {
     // Side of the hit voxel.
     side: u32,
     cell: vec3<i32>,
+    // Whether other rays to the same place may go through.
+    translucent: bool,
 }
 
 // Where a ray starts.
@@ -50,7 +52,7 @@ fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
     let exit3 = max(to_low, to_high);
     let t_end = min(min(exit3.x, exit3.y), min(exit3.z, t_max));
     var t = max(max(enter3.x, enter3.y), max(enter3.z, 0.0));
-    if t >= t_end { return Hit(MISS, t_max, NONE, 0u, vec3<i32>(0)); }
+    if t >= t_end { return Hit(MISS, t_max, NONE, 0u, vec3<i32>(0), false); }
 
     var first = t == 0.0;
     let top = vec3<i32>(frame.extent * GROUP_VOXELS) - 1;
@@ -60,6 +62,8 @@ fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
     var entry_axis = select(select(2u, 1u, enter3.y > enter3.z), 0u, enter3.x > max(enter3.y, enter3.z));
     // Per axis: the ray left the last occupied voxel in front of its plane.
     var front = vec3<bool>(false);
+    // Per axis: it went through the plane there, which lets light through: not to be asked again just behind it.
+    var through = vec3<bool>(false);
 
     var group = vec3<i32>(-1);
     var group_low = 0u;
@@ -119,6 +123,7 @@ fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
 
         if !voxel.found {
             front = vec3<bool>(false);
+            through = vec3<bool>(false);
         } else if frame.hit_model == 0u {
             let base = vec3<f32>(cell);
             let p_in = origin + d * t - base;
@@ -129,7 +134,9 @@ fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
             for (var axis = 0u; axis < 3u; axis++) {
                 let side = axis * 2u + select(0u, 1u, d[axis] < 0.0);
                 let was = front[axis];
+                let passed = through[axis];
                 front[axis] = false;
+                through[axis] = false;
                 if !has_side(voxel, side) { continue; }
                 let plane = voxel_plane(voxel, side);
                 let facing = dot(plane.normal, d);
@@ -137,10 +144,17 @@ fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
                 let s0 = dot(plane.normal, p_in) - plane.offset;
                 let s1 = dot(plane.normal, p_out) - plane.offset;
                 front[axis] = s1 > 0.0;
+                if passed && s0 < 0.0 {
+                    through[axis] = true;
+                    continue;
+                }
                 if s1 > 0.0 || (s0 < select(-0.05, 1e-4, first) && !was) { continue; }
                 let t_cross = t - max(s0, 0.0) / facing;
                 let p_cross = origin + d * t_cross - base;
-                if !covers(voxel, side, p_cross) { continue; }
+                if !covers(voxel, side, p_cross) {
+                    through[axis] = is_translucent(voxel);
+                    continue;
+                }
                 if t < START_REACH && (is_behind_start(voxel, side, plane, origin - base, start)
                     || is_beyond_edge(voxel, side, plane, p_cross, origin - base)) { continue; }
                 // True crossings come before those within the tolerance.
@@ -159,11 +173,11 @@ fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
                     light = closed_face_light(voxel, cell, best_side, voxel_plane(voxel, best_side),
                                               origin + d * best_t, d);
                 }
-                return Hit(HIT, best_t, light, best_side, cell);
+                return Hit(HIT, best_t, light, best_side, cell, is_translucent(voxel));
             }
         } else if any(cell != start_cell) {
             let side = entry_axis * 2u + select(0u, 1u, d[entry_axis] < 0.0);
-            return Hit(HIT, t, cube_light(voxel, side, d), side, cell);
+            return Hit(HIT, t, cube_light(voxel, side, d), side, cell, is_translucent(voxel));
         }
 
         first = false;
@@ -174,7 +188,7 @@ fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
         next[exit_axis] = select(low[exit_axis] - 1, low[exit_axis] + size, forward[exit_axis] == 1);
         cell = next;
     }
-    return Hit(MISS, t_max, NONE, 0u, vec3<i32>(0));
+    return Hit(MISS, t_max, NONE, 0u, vec3<i32>(0), false);
 }
 
 // Planes within this distance of the start (voxels) are checked for being the start's own surface.

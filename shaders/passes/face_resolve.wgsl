@@ -86,7 +86,7 @@ fn voxel_word(batch: u32, cell: vec3<i32>) -> u32 {
         let emits = ((state >> (9u + side)) & 1u) != 0u;
         if open || (push.hit_model == 0u && (emits || walls == 0u)) { lit |= bit; }
     }
-    return sides | (lit << 6u) | (((state >> 15u) & 1u) << 31u);
+    return sides | (lit << 6u) | (((state >> 16u) & 1u) << 30u) | (((state >> 15u) & 1u) << 31u);
 }
 
 @compute @workgroup_size(64)

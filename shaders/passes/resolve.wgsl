@@ -92,7 +92,8 @@ fn hidden(surface: Surface, start: Start, e: vec4<f32>, guide: vec4<f32>) -> vec
     var seen = vec3<f32>(0.0);
     if distance > NEAR {
         let hit = look(surface, start, direction, min(GUIDED, 0.95 * distance - 1.0));
-        if hit.kind == MISS { return vec3<f32>(0.0); }
+        // What lets some light through has let the probe's ray pass, and may hide nothing.
+        if hit.kind == MISS || hit.translucent { return vec3<f32>(0.0); }
         t = hit.t;
         seen = min(hit_radiance(hit), 4.0 * radiance);
     }

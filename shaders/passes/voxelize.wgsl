@@ -44,6 +44,8 @@ var<workgroup> planes: array<vec4<f32>, 6>;
 var<workgroup> masks: array<u32, 6>;
 // 1: not every side is wholly covered.
 var<workgroup> part_filled: atomic<u32>;
+// 1: a triangle that crosses columns here lets light through.
+var<workgroup> translucent: atomic<u32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
@@ -57,7 +59,10 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     for (var i = thread; i < 78u; i += 64u) { atomicStore(&sums[i], 0); }
     for (var i = thread; i < 96u; i += 64u) { atomicStore(&cells[i], 0u); }
     if thread < 48u { atomicStore(&coverage[thread], 0u); }
-    if thread == 0u { atomicStore(&part_filled, 0u); }
+    if thread == 0u {
+        atomicStore(&part_filled, 0u);
+        atomicStore(&translucent, 0u);
+    }
 
     var next = 0u;
     var rounds = 0u;
@@ -100,7 +105,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     workgroupBarrier();
     if inner && thread < 6u && has_surface(thread) {
-        masks[thread] = coverage_mask(thread);
+        masks[thread] = coverage_mask(thread, voxel_seed(brick, cell) + thread);
         if (masks[thread] & 0xffffu) != 0xffffu { atomicStore(&part_filled, 1u); }
     }
     workgroupBarrier();
@@ -108,8 +113,13 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if inner && thread < 6u && has_surface(thread) {
         let c = vec3<u32>(cell);
         let record = (batch * 512u + c.x + 8u * (c.y + 8u * c.z)) * RECORD_WORDS + thread * 3u;
-        write_face(record, thread, pcg(brick.seed + c.x + 8u * (c.y + 8u * c.z)) + thread);
+        write_face(record, thread, voxel_seed(brick, cell) + thread);
     }
+}
+
+fn voxel_seed(brick: BatchBrick, cell: vec3<i32>) -> u32 {
+    let c = vec3<u32>(cell);
+    return pcg(brick.seed + c.x + 8u * (c.y + 8u * c.z));
 }
 
 fn published_count(thread: u32) -> u32 {
@@ -159,11 +169,38 @@ fn column(thread: u32, k: u32) -> vec2<f32> {
     return (vec2<f32>(f32((thread & 3u) * 4u + k), f32(thread >> 2u)) + 0.5) / 16.0;
 }
 
+// Place of a column or coverage cell in an order in which the first n of 4^bits are spread evenly (Bayer, An Optimum
+// Method for Two-Level Rendition of Continuous-Tone Pictures, 1973).
+fn dither_order(x: u32, y: u32, bits: u32) -> u32 {
+    var order = 0u;
+    for (var bit = 0u; bit < bits; bit++) {
+        order = (order << 2u) | ((((x ^ y) >> bit) & 1u) << 1u) | ((y >> bit) & 1u);
+    }
+    return order;
+}
+
+// Whether a triangle that lets light through stops this column's: so many columns do as the material is opaque.
+fn stops(t: Triangle, entry: u32, p: vec3<f32>, thread: u32, k: u32) -> bool {
+    let material = materials[t.material & MATERIAL_MASK];
+    var opacity = material.opacity;
+    if material.texture_alpha == 1u { opacity *= texture_texel(material, entry, t, p).w; }
+    return opacity * 256.0 > f32(dither_order((thread & 3u) * 4u + k, thread >> 2u, 4u)) + 0.5;
+}
+
+fn on_column(axis: u32, column: vec2<f32>, height: f32) -> vec3<f32> {
+    var p = vec3<f32>(0.0);
+    p[axis_u(axis)] = column.x;
+    p[axis_v(axis)] = column.y;
+    p[axis] = height;
+    return p;
+}
+
 // Enters a triangle's crossings with this thread's four columns of each axis.
 fn cut(first: u32, origin: vec3<f32>, entry: u32, thread: u32) {
     let index = entry & 0xffffu;
     let t = load_triangle(first + index, origin);
     let n = triangle_normal(t);
+    let is_translucent = (t.material & TRANSLUCENT) != 0u;
     for (var axis = 0u; axis < 3u; axis++) {
         if !(abs(n[axis]) > 1e-4) { continue; }
         let sign = select(-1.0, 1.0, n[axis] > 0.0);
@@ -173,6 +210,10 @@ fn cut(first: u32, origin: vec3<f32>, entry: u32, thread: u32) {
             let height = (dot(n, t.a) - n[axis_u(axis)] * p.x - n[axis_v(axis)] * p.y) / n[axis];
             if height < 0.0 || height >= 1.0 { continue; }
             if (entry & CONTACT) != 0u && touches(first, origin, n, t.a, axis, p) { continue; }
+            if is_translucent {
+                atomicStore(&translucent, 1u);
+                if !stops(t, first + index, on_column(axis, p, height), thread, k) { continue; }
+            }
             let level = 1u + u32(height * 65534.0);
             let two_sided = (t.material & TWO_SIDED) != 0u;
             let slot = axis * 512u + thread * 4u + k;
@@ -214,13 +255,10 @@ fn sum_side(first: u32, origin: vec3<f32>, side: u32, thread: u32) {
         let front = triangle_normal(t);
         let outward = (front[axis] > 0.0) == ((side & 1u) == 1u);
         let c = column(thread, k);
-        var p = vec3<f32>(0.0);
-        p[u] = c.x;
-        p[v] = c.y;
-        p[axis] = (dot(front, t.a) - front[u] * c.x - front[v] * c.y) / front[axis];
+        let p = on_column(axis, c, (dot(front, t.a) - front[u] * c.x - front[v] * c.y) / front[axis]);
         n_sum += select(-front, front, outward);
         p_sum += p;
-        let material = materials[t.material & ~TWO_SIDED];
+        let material = materials[t.material & MATERIAL_MASK];
         albedo += min(material.base_color * texture_color(material, index, t, p), vec3<f32>(0.95));
         if outward { emission += material.emission; }
     }
@@ -248,7 +286,13 @@ fn sum3(at: u32) -> vec3<f32> {
 }
 
 fn texture_color(material: Material, entry: u32, t: Triangle, p: vec3<f32>) -> vec3<f32> {
-    if material.texture == NO_TEXTURE { return vec3<f32>(1.0); }
+    let s = texture_texel(material, entry, t, p).xyz;
+    // Stored as square roots of linear values.
+    return s * s;
+}
+
+fn texture_texel(material: Material, entry: u32, t: Triangle, p: vec3<f32>) -> vec4<f32> {
+    if material.texture == NO_TEXTURE { return vec4<f32>(1.0); }
     let e1 = t.b - t.a;
     let e2 = t.c - t.a;
     let n = cross(e1, e2);
@@ -261,9 +305,7 @@ fn texture_color(material: Material, entry: u32, t: Triangle, p: vec3<f32>) -> v
     let uv = uv0 * (1.0 - wb - wc) + uv12.xy * wb + uv12.zw * wc;
     let size = vec2<u32>(material.texture_size & 0xffffu, material.texture_size >> 16u);
     let texel = min(vec2<u32>(fract(uv) * vec2<f32>(size)), size - 1u);
-    let s = unpack4x8unorm(texels[material.texture + texel.y * size.x + texel.x]).xyz;
-    // Stored as square roots of linear values.
-    return s * s;
+    return unpack4x8unorm(texels[material.texture + texel.y * size.x + texel.x]);
 }
 
 // Normal and offset of a side's mean plane as it will be stored; w < -1e6: no surface.
@@ -326,8 +368,11 @@ fn is_hidden(side: u32, p: vec3<f32>) -> bool {
 }
 
 // 4 x 4 coverage: cells at least half covered of what is not hidden; wholly hidden ones only beside a covered one; if
-// none would be set, the fullest. The mask | columns of the cross-section that it stands for << 16.
-fn coverage_mask(side: u32) -> u32 {
+// none would be set, the fullest. Where light comes through: as many cells as are covered on average over voxels.
+// The mask | columns of the cross-section that it stands for << 16.
+fn coverage_mask(side: u32, seed: u32) -> u32 {
+    let is_translucent = atomicLoad(&translucent) != 0u;
+    let random = pcg(seed + 3u);
     var mask = 0u;
     var fullest = 0u;
     var fullest_count = 0u;
@@ -343,7 +388,12 @@ fn coverage_mask(side: u32) -> u32 {
             fullest_count = covered;
             fullest_area = covered + open;
         }
-        let is_set = select(covered >= open, beside_covered(side, k), covered + open == 0u);
+        var is_set = select(covered >= open, beside_covered(side, k), covered + open == 0u);
+        if is_translucent && covered + open > 0u {
+            let order = dither_order((k & 3u) ^ (random & 3u), (k >> 2u) ^ ((random >> 2u) & 3u), 2u);
+            let threshold = (f32(order) + unit_float(random)) / 16.0;
+            is_set = f32(covered) > threshold * f32(covered + open);
+        }
         if is_set {
             mask |= 1u << k;
             area += covered + open;
@@ -352,7 +402,7 @@ fn coverage_mask(side: u32) -> u32 {
     if total >= 252u {
         mask = 0xffffu;
         area = total;
-    } else if mask == 0u {
+    } else if mask == 0u && !is_translucent {
         mask = 1u << fullest;
         area = fullest_area;
     }
@@ -387,9 +437,10 @@ fn write_face(record: u32, side: u32, seed: u32) {
     voxel_records[record + 2u] = rgb9e5_encode(emission, vec3<f32>(0.5));
 }
 
-// What neighbours may know: sides with surface 6 | axes with a thin wall 3 << 6 | sides that emit 6 << 9 | part-filled << 15.
+// What neighbours may know: sides with surface 6 | axes with a thin wall 3 << 6 | sides that emit 6 << 9 | part-filled << 15
+// | lets light through << 16.
 fn voxel_state() -> u32 {
-    var state = atomicLoad(&part_filled) << 15u;
+    var state = (atomicLoad(&part_filled) << 15u) | (atomicLoad(&translucent) << 16u);
     for (var side = 0u; side < 6u; side++) {
         if !has_surface(side) { continue; }
         state |= 1u << side;

@@ -28,6 +28,10 @@ struct Material {
     emission: vec3<f32>,
     // Width | height << 16.
     texture_size: u32,
+    // Share of the light that it stops, 0 to 1; multiplied with the texture's alpha if texture_alpha is 1.
+    opacity: f32,
+    texture_alpha: u32,
+    unused: vec2<u32>,
 }
 
 // Words to copy from `payload` to `world_bricks`.

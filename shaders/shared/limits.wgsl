@@ -21,6 +21,9 @@ const RECORD_WORDS: u32 = 18u;
 const TIE_SHIFT: f32 = 0.002;
 // Set in a triangle's material word: both sides are surface.
 const TWO_SIDED: u32 = 0x80000000u;
+// Flag in a triangle's material word: its material lets light through.
+const TRANSLUCENT: u32 = 0x40000000u;
+const MATERIAL_MASK: u32 = 0x3fffffffu;
 // `Material.texture` without a texture.
 const NO_TEXTURE: u32 = 0xffffffffu;
 const NONE: u32 = 0xffffffffu;

@@ -4,8 +4,8 @@ use crate::gpu::shared::LightBrick;
 use glam::{DVec3, IVec3};
 use std::collections::BTreeMap;
 
-/// Deadlines of bricks that were never lit lie below this.
-const LIT: u64 = 1 << 32;
+/// Frames that deadlines may lie apart; bricks so far away are due a little early.
+const SPAN: u64 = 1024;
 /// Frames after which a brick at the camera is due again.
 const PERIOD_MIN: f64 = 8.0;
 /// Bricks lit in one frame at most: one workgroup each.
@@ -22,9 +22,18 @@ struct Turn {
     /// Lighting updates since the lights of `epoch`.
     updates: u32,
     epoch: u32,
-    due: u64,
-    /// Its place among those that are due in the same frame.
+    due: Due,
+    /// Its place in the list of its deadline.
     place: u32,
+}
+
+/// When a brick is due.
+#[derive(Clone, Copy, Debug)]
+enum Due {
+    /// At once, for it was never lit: the nearest first. Distance in 1/16 bricks.
+    New(u32),
+    /// In this frame.
+    Frame(u64),
 }
 
 /// What a frame may light.
@@ -43,8 +52,16 @@ pub struct LightBudget {
 pub struct LightQueue {
     turns: Vec<Turn>,
     free: Vec<u32>,
-    /// Turns by deadline.
-    due: BTreeMap<u64, Vec<u32>>,
+    /// Turns of bricks that were never lit, by distance.
+    new: BTreeMap<u32, Vec<u32>>,
+    /// The others' by frame, modulo [`SPAN`]: those of `first` up to `first + SPAN`.
+    frames: Vec<Vec<u32>>,
+    first: u64,
+    /// Turns in `frames`.
+    waiting: usize,
+    /// Kept for their memory.
+    taken: Vec<u32>,
+    chosen: Vec<LightBrick>,
     faces: u32,
     /// Counts the changes of the lights.
     epoch: u32,
@@ -53,7 +70,8 @@ pub struct LightQueue {
 impl LightQueue {
     /// A brick that has never been lit, `distance` bricks from the camera. Returns its turn, by which it leaves.
     pub fn enter(&mut self, position: IVec3, base: u32, faces: u32, distance: f64) -> u32 {
-        let turn = Turn { position, base, faces, updates: 0, epoch: self.epoch, due: 0, place: 0 };
+        let due = Due::New((distance * 16.0) as u32);
+        let turn = Turn { position, base, faces, updates: 0, epoch: self.epoch, due, place: 0 };
         let index = self.free.pop().unwrap_or(self.turns.len() as u32);
         if index as usize == self.turns.len() {
             self.turns.push(turn);
@@ -61,22 +79,36 @@ impl LightQueue {
             self.turns[index as usize] = turn;
         }
         self.faces += faces;
-        self.put(index, ((distance * 16.0) as u64).min(LIT - 1));
+        self.put(index, due);
         index
     }
 
     /// Takes a brick out.
     pub fn leave(&mut self, index: u32) {
         let Turn { due, place, faces, .. } = self.turns[index as usize];
-        let list = self.due.get_mut(&due).expect("every turn is in the list of its deadline");
+        let list = self.list(due);
         list.swap_remove(place as usize);
-        if let Some(moved) = list.get(place as usize) {
-            self.turns[*moved as usize].place = place;
-        } else if list.is_empty() {
-            self.due.remove(&due);
+        let (moved, is_empty) = (list.get(place as usize).copied(), list.is_empty());
+        if let Some(moved) = moved {
+            self.turns[moved as usize].place = place;
+        }
+        match due {
+            Due::New(distance) if is_empty => drop(self.new.remove(&distance)),
+            Due::New(_) => {}
+            Due::Frame(_) => self.waiting -= 1,
         }
         self.faces -= faces;
         self.free.push(index);
+    }
+
+    fn list(&mut self, due: Due) -> &mut Vec<u32> {
+        match due {
+            Due::New(distance) => self.new.entry(distance).or_default(),
+            Due::Frame(frame) => {
+                self.frames.resize(SPAN as usize, Vec::new());
+                &mut self.frames[(frame % SPAN) as usize]
+            }
+        }
     }
 
     /// A brick lies elsewhere in `world_bricks` now.
@@ -96,30 +128,29 @@ impl LightQueue {
 
     /// Takes bricks whose turn it is, as many as the budget allows, in frame `clock`. Positions count from `window`,
     /// distances from `camera` (bricks). Returns them with the number of their faces.
-    pub fn choose(&mut self, budget: &LightBudget, clock: u64, window: IVec3, camera: DVec3) -> (Vec<LightBrick>, u32) {
+    pub fn choose(&mut self, budget: &LightBudget, clock: u64, window: IVec3, camera: DVec3) -> (&[LightBrick], u32) {
         let most = budget.bricks.min(CHOSEN_MAX);
-        let (mut taken, mut faces) = (Vec::new(), 0);
-        while let Some(mut first) = self.due.first_entry() {
-            let list = first.get_mut();
+        let (mut taken, mut faces) = (std::mem::take(&mut self.taken), 0);
+        while let Some(mut list) = self.take_first() {
             // Who comes first must not depend on history. What was lit together is in order already.
-            list.sort_by_key(|i| self.turns[*i as usize].position.to_array());
+            list.1.sort_by_key(|i| self.turns[*i as usize].position.to_array());
             let fits = |i: &&u32| {
                 let turn = &self.turns[**i as usize];
                 let fits = faces + turn.faces <= budget.faces;
                 faces += if fits { turn.faces } else { 0 };
                 fits
             };
-            let count = list.iter().take(most - taken.len()).take_while(fits).count();
-            if count == list.len() {
-                taken.append(&mut first.remove());
-                continue;
+            let count = list.1.iter().take(most - taken.len()).take_while(fits).count();
+            taken.extend(list.1.drain(..count));
+            let is_done = list.1.is_empty();
+            self.put_back(list);
+            if !is_done {
+                break;
             }
-            taken.extend(list.drain(..count));
-            (0..).zip(&*list).for_each(|(place, i)| self.turns[*i as usize].place = place);
-            break;
         }
         let mut first_face = 0;
-        let chosen = taken.iter().map(|index| {
+        self.chosen.clear();
+        self.chosen.extend(taken.iter().map(|index| {
             let turn = &mut self.turns[*index as usize];
             if turn.epoch != self.epoch {
                 (turn.epoch, turn.updates) = (self.epoch, 0);
@@ -129,20 +160,52 @@ impl LightQueue {
             turn.updates += budget.sweeps;
             first_face += turn.faces;
             LightBrick { base, position, first_face: first_face - turn.faces, alpha }
-        });
-        let chosen = chosen.collect();
-        for index in taken {
+        }));
+        for index in taken.drain(..) {
             let distance = (self.turns[index as usize].position.as_dvec3() + 0.5 - camera).length();
-            self.put(index, LIT + clock + (PERIOD_MIN + distance) as u64);
+            let due = clock + (PERIOD_MIN + distance) as u64;
+            self.first = if self.waiting == 0 { due } else { self.first.min(due) };
+            self.put(index, Due::Frame(due.min(self.first + SPAN - 1)));
+            self.waiting += 1;
         }
-        (chosen, faces)
+        self.taken = taken;
+        (&self.chosen, faces)
     }
 
-    fn put(&mut self, index: u32, due: u64) {
-        let list = self.due.entry(due).or_default();
-        let turn = &mut self.turns[index as usize];
-        (turn.due, turn.place) = (due, list.len() as u32);
+    /// Takes the list of the earliest deadline out; an empty one does not come.
+    fn take_first(&mut self) -> Option<(Due, Vec<u32>)> {
+        if let Some((distance, list)) = self.new.pop_first() {
+            return Some((Due::New(distance), list));
+        }
+        if self.waiting == 0 {
+            return None;
+        }
+        while self.list(Due::Frame(self.first)).is_empty() {
+            self.first += 1;
+        }
+        let due = Due::Frame(self.first);
+        let list = std::mem::take(self.list(due));
+        self.waiting -= list.len();
+        Some((due, list))
+    }
+
+    /// Puts what is left of a list back, and an empty one for its memory.
+    fn put_back(&mut self, (due, list): (Due, Vec<u32>)) {
+        (0..).zip(&list).for_each(|(place, i)| self.turns[*i as usize].place = place);
+        match due {
+            Due::New(_) if list.is_empty() => return,
+            Due::New(_) => {}
+            Due::Frame(_) => self.waiting += list.len(),
+        }
+        *self.list(due) = list;
+    }
+
+    fn put(&mut self, index: u32, due: Due) {
+        let list = self.list(due);
+        let place = list.len() as u32;
         list.push(index);
+        let turn = &mut self.turns[index as usize];
+        (turn.due, turn.place) = (due, place);
     }
 }
 
@@ -156,6 +219,9 @@ fn alpha(updates: u32) -> f32 {
 mod tests {
     use super::*;
     use std::collections::{BTreeSet, HashMap};
+
+    /// Deadlines of bricks that were never lit lie below this.
+    const LIT: u64 = 1 << 32;
 
     /// The queue takes, in every frame, the bricks that a sorted set of deadlines would give, whoever comes and goes.
     #[test]
@@ -182,6 +248,7 @@ mod tests {
             }
             let budget = LightBudget { faces: 900, bricks: 30, sweeps: 1 };
             let (chosen, faces) = queue.choose(&budget, clock, IVec3::ZERO, DVec3::ZERO);
+            let chosen = chosen.to_vec();
             let mut expected = Vec::new();
             let mut left = 900;
             for (due, brick) in sorted.iter().copied().take(30) {

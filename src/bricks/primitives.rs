@@ -1,6 +1,6 @@
 //! Which triangles touch which brick.
 
-use crate::gpu::shared::{BatchBrick, TIE_SHIFT, TWO_SIDED};
+use crate::gpu::shared::{BatchBrick, TIE_SHIFT, TRANSLUCENT, TWO_SIDED};
 use crate::scene::{Instance, Mesh, Scene};
 use glam::{DVec3, IVec3, Vec3};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -282,7 +282,9 @@ impl<'a> Source<'a> {
         materials: &FxHashMap<u64, u32>,
     ) -> Self {
         let origin = group.as_dvec3() * 32.0;
-        let (mesh, material) = (&scene.meshes[&instance.mesh], materials[&instance.material]);
+        let (mesh, material) = (&scene.meshes[&instance.mesh], &scene.materials[&instance.material]);
+        let flag = if material.is_translucent() { TRANSLUCENT } else { 0 };
+        let material = materials[&instance.material] | flag;
         Self { instance, mesh, grid, origin, material, mirrored: instance.linear.determinant() < 0.0 }
     }
 

@@ -150,6 +150,19 @@ impl BrickTable {
         self.census().missing
     }
 
+    /// Those of the missing bricks that are near and in view, but for what is left out for lack of memory.
+    pub fn missing_in_view(&self, viewpoint: &Viewpoint) -> u32 {
+        let missing = |b: &&IVec3| viewpoint.sees_near(**b) && !self.resident.contains_key(*b);
+        let arriving = self.in_flight.iter().filter(missing).count();
+        // Quiet: whatever waits is left out.
+        let waiting = if self.quiet {
+            0
+        } else {
+            self.waiting.keys().filter(missing).filter(|b| self.distance(**b) < self.reach).count()
+        };
+        (arriving + waiting) as u32
+    }
+
     /// Those of the missing bricks that are left out for lack of memory.
     pub fn left_out(&mut self) -> u32 {
         self.census().left_out
@@ -221,7 +234,7 @@ impl BrickTable {
         relative.cmpge(IVec3::ZERO).all() && relative.cmplt((self.extent * 4).as_ivec3()).all()
     }
 
-    /// Moves the window so that `center` (voxels) is in its middle third, or, along axes where the scene's end is nearer
+    /// Moves the window so that `center` (voxels) is within a group of its middle, or, along axes where the scene's end is nearer
     /// than the window's, so that it holds as much of the scene as it can; frees what leaves it. `scene`: corners of the
     /// scene, voxels. Whether it moved: then what the new window holds is to be told to [`Self::enter`].
     pub fn follow(&mut self, center: DVec3, scene: Option<(DVec3, DVec3)>) -> bool {
@@ -236,8 +249,7 @@ impl BrickTable {
         let (least, most) = scene.map_or((centered, centered), |(low, high)| self.window_range(low, high));
         let within = |w: IVec3| if scene.is_some() { w.clamp(least, most) } else { w };
         let wanted = within(centered);
-        let slack = (self.extent.as_ivec3() / 6).max(IVec3::ONE);
-        if self.window.is_some_and(|w| (w - wanted).abs().cmple(slack).all() && within(w) == w) {
+        if self.window.is_some_and(|w| (w - wanted).abs().cmple(IVec3::ONE).all() && within(w) == w) {
             return false;
         }
         self.window = Some(wanted);
@@ -511,7 +523,7 @@ impl BrickTable {
     }
 
     /// Chooses bricks for lighting, those that are due first. Returns them with the number of their faces.
-    pub fn choose_for_light(&mut self, budget: &LightBudget, camera: DVec3) -> (Vec<LightBrick>, u32) {
+    pub fn choose_for_light(&mut self, budget: &LightBudget, camera: DVec3) -> (&[LightBrick], u32) {
         let window = self.window();
         let (chosen, faces) = self.lighting.choose(budget, self.clock, window, camera);
         debug_assert!(chosen.iter().all(|brick| {

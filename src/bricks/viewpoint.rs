@@ -4,6 +4,8 @@ use glam::{DMat4, DVec3, DVec4, IVec3};
 
 /// Radius of a brick's bounding sphere, in bricks.
 const RADIUS: f64 = 0.87;
+/// Bricks nearer than this are near: 64 m at voxels of half a metre.
+const NEAR: f64 = 16.0;
 /// What lies outside the view may wait as long as what lies so many times farther away in it.
 const OUT_OF_VIEW: f64 = 4.0;
 
@@ -37,6 +39,11 @@ impl Viewpoint {
     fn sees(&self, brick: IVec3) -> bool {
         let center = (brick.as_dvec3() + 0.5 - self.eye).extend(1.0);
         self.sides.iter().all(|side| side.dot(center) >= -RADIUS)
+    }
+
+    /// Whether a brick is near and may be in view.
+    pub fn sees_near(&self, brick: IVec3) -> bool {
+        (brick.as_dvec3() + 0.5 - self.eye).length() < NEAR && self.sees(brick)
     }
 
     /// Frames that a brick may wait: its distance in bricks, more out of view.

@@ -23,7 +23,7 @@ pub struct BgiTexture {
     pub width: u32,
     /// Rows, 1 to 16384.
     pub height: u32,
-    /// width * height * 4 bytes, RGBA, rows from the top; colour sRGB-encoded, alpha ignored. Copied.
+    /// width * height * 4 bytes, RGBA, rows from the top; colour sRGB-encoded, alpha linear. Copied.
     pub rgba8: *const u8,
 }
 
@@ -45,6 +45,10 @@ pub struct BgiMaterial {
     pub has_base_color_texture: u32,
     /// Id of a texture of this or an earlier update.
     pub base_color_texture: u64,
+    /// Share of the light that goes straight through, 0 (opaque) to 1; the surface takes the rest.
+    pub transmittance: f32,
+    /// 1: light also goes through where the texture's alpha is less than 1 (cutouts, foliage); 0: alpha is ignored.
+    pub use_texture_alpha: u32,
 }
 
 /// A triangle mesh, all of it in host memory or all of it in buffers.
@@ -170,7 +174,16 @@ impl BgiMaterial {
                 return Err(Failure::argument(text));
             }
         };
-        Ok(MaterialDesc { id: self.id, base_color: self.base_color, emission: self.emission, base_color_texture })
+        let texture_alpha = match self.use_texture_alpha {
+            0 => false,
+            1 => true,
+            other => {
+                let text = format!("materials[{index}].useTextureAlpha is {other}; it must be 0 or 1");
+                return Err(Failure::argument(text));
+            }
+        };
+        let Self { id, base_color, emission, transmittance, .. } = *self;
+        Ok(MaterialDesc { id, base_color, emission, base_color_texture, transmittance, texture_alpha })
     }
 }
 

@@ -53,6 +53,10 @@ pub struct BgiStats {
     pub bricks_missing: u32,
     /// Out: those of the missing bricks that are left out because the world does not fit into memoryBudget.
     pub bricks_left_out: u32,
+    /// Out: those of the missing bricks that are in view and nearer than 128 voxels, but for what is left out.
+    pub bricks_missing_in_view: u32,
+    /// Out: bricks that the latest bgiDispatch voxelises.
+    pub bricks_voxelized: u32,
     /// Out: lit voxel faces resident.
     pub faces: u32,
     /// Out: allocation units of 32 bytes in use by bricks.
@@ -103,6 +107,8 @@ pub unsafe extern "C" fn bgiGetStats(context: BgiContext, stats: *mut BgiStats) 
             bricks: stats.bricks,
             bricks_missing: stats.bricks_missing,
             bricks_left_out: stats.bricks_left_out,
+            bricks_missing_in_view: stats.bricks_missing_in_view,
+            bricks_voxelized: stats.bricks_voxelized,
             faces: stats.faces,
             pages: stats.pages,
             meshes_pending: stats.meshes_pending,

@@ -87,8 +87,13 @@ impl Buffer {
 
     /// The first `count` values of a readback buffer.
     pub fn read<T: bytemuck::Pod>(&self, count: usize) -> Vec<T> {
+        self.iter(count).collect()
+    }
+
+    /// The first `count` values of a readback buffer, one by one.
+    pub fn iter<T: bytemuck::Pod>(&self, count: usize) -> impl Iterator<Item = T> {
         let bytes = &self.bytes()[..count * size_of::<T>()];
-        bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
+        bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned)
     }
 
     /// Frees buffer and memory; the GPU must have finished with them.

@@ -4,11 +4,13 @@
 //! that was read) since the last one. Passes without such a meeting overlap.
 
 use super::pipelines::{Pipeline, descriptor_type};
+use super::shaders::Shader;
 use super::{Buffer, Device, Location, Pipelines, Timing};
 use crate::error::{Error, Result};
 use crate::frame::{Command, Frame, Groups};
 use ash::vk;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
+use std::collections::hash_map::Entry;
 
 /// What a name stands for in one frame.
 #[derive(Clone, Copy)]
@@ -47,9 +49,23 @@ pub struct Copies {
     pub regions: Vec<vk::BufferCopy>,
 }
 
+/// A pass's pipeline, and its descriptors in a slot's frame.
+struct PassSet {
+    shader: &'static Shader,
+    pipeline: vk::Pipeline,
+    layout: vk::PipelineLayout,
+    raw: vk::DescriptorSet,
+    reads: Vec<u64>,
+    writes: Vec<u64>,
+    /// Whether it holds what this frame's names stand for.
+    current: bool,
+}
+
 /// What one frame in flight owns.
 pub struct Slot {
     pool: vk::DescriptorPool,
+    /// Made when their pass is first played.
+    sets: FxHashMap<&'static str, PassSet>,
     upload: Option<Buffer>,
     pub timing: Timing,
     /// Buffers that this slot's frame was the last to use.
@@ -58,6 +74,8 @@ pub struct Slot {
 
 /// Sets a slot's pool can hold: one a pipeline.
 const SETS: u32 = 64;
+/// Bindings that a shader has at most.
+const BINDINGS: usize = 16;
 
 impl Slot {
     pub fn new(device: &Device) -> Result<Self> {
@@ -72,7 +90,7 @@ impl Slot {
         let mut timing = Timing::new(device)?;
         // SAFETY: valid device.
         match unsafe { device.raw.create_descriptor_pool(&info, None) } {
-            Ok(pool) => Ok(Self { pool, upload: None, timing, retired: Vec::new() }),
+            Ok(pool) => Ok(Self { pool, sets: FxHashMap::default(), upload: None, timing, retired: Vec::new() }),
             Err(result) => {
                 timing.destroy(device);
                 Err(Error::Vulkan { call: "vkCreateDescriptorPool", result })
@@ -96,13 +114,10 @@ impl Slot {
     }
 
     /// The slot's last frame is done: frees what only that frame still used.
-    pub fn recycle(&mut self, device: &Device) -> Result<()> {
+    pub fn recycle(&mut self, device: &Device) {
         for mut buffer in self.retired.drain(..) {
             buffer.destroy(device);
         }
-        // SAFETY: no set of this pool is in use any more.
-        unsafe { device.raw.reset_descriptor_pool(self.pool, vk::DescriptorPoolResetFlags::empty()) }
-            .map_err(Error::vulkan("vkResetDescriptorPool"))
     }
 
     /// The GPU must have finished with it.
@@ -129,66 +144,60 @@ impl Slot {
     }
 }
 
-/// A pass's pipeline, and what its names stand for in this frame.
-struct Prepared<'a> {
-    pipeline: &'a Pipeline,
-    set: vk::DescriptorSet,
-    reads: Vec<u64>,
-    writes: Vec<u64>,
+/// Where a frame is recorded, and with what.
+#[derive(Clone, Copy)]
+pub struct Target<'a> {
+    pub device: &'a Device,
+    pub pipelines: &'a Pipelines,
+    pub commands: vk::CommandBuffer,
 }
 
-/// Records one frame.
-pub struct Player<'a> {
-    device: &'a Device,
-    pipelines: &'a Pipelines,
-    commands: vk::CommandBuffer,
-    bound: FxHashMap<&'static str, Bound>,
-    prepared: FxHashMap<&'static str, Prepared<'a>>,
-    copies: FxHashMap<&'static str, Vec<Copies>>,
-    written: FxHashSet<u64>,
-    read: FxHashSet<u64>,
+/// Records frames.
+#[derive(Default)]
+pub struct Player {
+    /// What the passes' names stand for in the frame to be played.
+    pub bound: FxHashMap<&'static str, Bound>,
+    /// What its copies by name stand for.
+    pub copies: FxHashMap<&'static str, Vec<Copies>>,
+    written: Vec<u64>,
+    read: Vec<u64>,
     /// Nothing has been recorded yet: earlier frames may have written anything.
     fresh: bool,
 }
 
-impl<'a> Player<'a> {
-    pub fn new(
-        device: &'a Device,
-        pipelines: &'a Pipelines,
-        commands: vk::CommandBuffer,
-        bound: FxHashMap<&'static str, Bound>,
-        copies: FxHashMap<&'static str, Vec<Copies>>,
-    ) -> Self {
-        let (prepared, written, read) = Default::default();
-        Self { device, pipelines, commands, bound, prepared, copies, written, read, fresh: true }
-    }
-
+impl Player {
     /// Records the list. The slot's upload buffer takes at most `upload_limit` bytes, which must hold the frame's.
-    pub fn play(mut self, frame: &Frame, slot: &mut Slot, upload_limit: u64) -> Result<()> {
-        let upload = slot.upload(self.device, frame.upload.bytes(), upload_limit)?;
+    pub fn play(&mut self, to: Target, frame: &Frame, slot: &mut Slot, upload_limit: u64) -> Result<()> {
+        let upload = slot.upload(to.device, frame.upload.bytes(), upload_limit)?;
         for (name, offset, size) in frame.upload.pieces() {
             self.bound.insert(name, Bound::Buffer(upload, *offset as u64, *size as u64));
         }
-        slot.timing.begin(self.device, self.commands);
+        slot.sets.values_mut().for_each(|set| set.current = false);
+        self.written.clear();
+        self.read.clear();
+        self.fresh = true;
+        slot.timing.begin(to.device, to.commands);
         for command in &frame.commands {
             match command {
                 Command::Clear(name) => {
                     let Bound::Buffer(buffer, offset, size) = self.resource(name)? else {
                         return Err(Error::invalid(format!("{name} is not a buffer")));
                     };
-                    self.synchronise(&[], &[buffer_key(buffer)], None);
+                    self.synchronise(to, &[], &[buffer_key(buffer)], None);
                     // SAFETY: recording; the range is the buffer's.
-                    unsafe { self.device.raw.cmd_fill_buffer(self.commands, buffer, offset, size, 0) };
+                    unsafe { to.device.raw.cmd_fill_buffer(to.commands, buffer, offset, size, 0) };
                 }
-                Command::Copy(name) => self.copy(name),
+                Command::Copy(name) => self.copy(to, name),
                 Command::Dispatch { pass, groups, push } => {
-                    self.dispatch(pass, groups, push, slot)?;
-                    slot.timing.mark(self.device, self.commands, pass);
+                    self.dispatch(to, pass, groups, push.bytes(), slot)?;
+                    slot.timing.mark(to.device, to.commands, pass);
                 }
             }
         }
-        slot.timing.end(self.device, self.commands);
-        self.finish();
+        slot.timing.end(to.device, to.commands);
+        finish(to);
+        self.bound.clear();
+        self.copies.clear();
         Ok(())
     }
 
@@ -196,35 +205,43 @@ impl<'a> Player<'a> {
         self.bound.get(name).copied().ok_or_else(|| Error::invalid(format!("no resource is bound to `{name}`")))
     }
 
-    fn copy(&mut self, name: &str) {
+    fn copy(&mut self, target: Target, name: &str) {
         let copies = self.copies.remove(name).unwrap_or_default();
         let keys = |of: fn(&Copies) -> vk::Buffer| copies.iter().map(|c| buffer_key(of(c))).collect::<Vec<_>>();
-        self.synchronise(&keys(|c| c.from), &keys(|c| c.to), None);
+        self.synchronise(target, &keys(|c| c.from), &keys(|c| c.to), None);
         for Copies { from, to, regions } in copies {
             // SAFETY: recording; every region lies in both buffers, and no two of them meet.
-            unsafe { self.device.raw.cmd_copy_buffer(self.commands, from, to, &regions) };
+            unsafe { target.device.raw.cmd_copy_buffer(target.commands, from, to, &regions) };
         }
     }
 
-    fn dispatch(&mut self, pass: &'static str, groups: &Groups, push: &[u8], slot: &Slot) -> Result<()> {
-        let prepared = match self.prepared.remove(pass) {
-            Some(prepared) => prepared,
-            None => self.prepare(pass, slot)?,
+    fn dispatch(
+        &mut self,
+        to: Target,
+        pass: &'static str,
+        groups: &Groups,
+        push: &[u8],
+        slot: &mut Slot,
+    ) -> Result<()> {
+        let set = match slot.sets.entry(pass) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => entry.insert(PassSet::new(to, slot.pool, pass)?),
         };
+        if !set.current {
+            self.prepare(to.device, set)?;
+        }
         let arguments = match groups {
             Groups::Direct(_) => None,
             Groups::Indirect(name) => Some(self.resource(name)?),
         };
-        self.synchronise(&prepared.reads, &prepared.writes, arguments.map(Bound::key));
-        let Prepared { pipeline, set, .. } = prepared;
-        let (raw, commands) = (&self.device.raw, self.commands);
-        let point = vk::PipelineBindPoint::COMPUTE;
+        self.synchronise(to, &set.reads, &set.writes, arguments.map(Bound::key));
+        let (raw, commands, point) = (&to.device.raw, to.commands, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: recording; pipeline, layout and set belong together and live until the slot comes round again.
         unsafe {
-            raw.cmd_bind_pipeline(commands, point, pipeline.raw);
-            raw.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 0, &[set], &[]);
+            raw.cmd_bind_pipeline(commands, point, set.pipeline);
+            raw.cmd_bind_descriptor_sets(commands, point, set.layout, 0, &[set.raw], &[]);
             if !push.is_empty() {
-                raw.cmd_push_constants(commands, pipeline.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
+                raw.cmd_push_constants(commands, set.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
             }
             match (groups, arguments) {
                 (Groups::Direct([x, y, z]), _) => raw.cmd_dispatch(commands, *x, *y, *z),
@@ -232,98 +249,96 @@ impl<'a> Player<'a> {
                 (name, _) => return Err(Error::invalid(format!("{name:?} is not a buffer"))),
             }
         }
-        self.prepared.insert(pass, prepared);
         Ok(())
     }
 
-    fn prepare(&self, pass: &'static str, slot: &Slot) -> Result<Prepared<'a>> {
-        let pipeline = self.pipelines.get(pass);
-        let bindings = pipeline.shader.bindings;
-        let resources = bindings.iter().map(|b| self.resource(b.name)).collect::<Result<Vec<_>>>()?;
-        let keys = |writes| {
-            let of = bindings.iter().zip(&resources).filter(move |(b, _)| b.writes == writes);
-            of.map(|(_, resource)| resource.key()).collect()
-        };
-        let layouts = [pipeline.set_layout];
-        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(slot.pool).set_layouts(&layouts);
-        // SAFETY: the pool is this slot's, which no frame in flight uses.
-        let set = unsafe { self.device.raw.allocate_descriptor_sets(&info) }
-            .map_err(Error::vulkan("vkAllocateDescriptorSets"))?[0];
-        let infos: Vec<_> = resources.iter().map(|resource| resource.infos()).collect();
-        let writes: Vec<_> = bindings
-            .iter()
-            .zip(&infos)
-            .map(|(binding, (buffer, image))| {
-                let write = vk::WriteDescriptorSet::default()
-                    .dst_set(set)
-                    .dst_binding(binding.slot)
-                    .descriptor_type(descriptor_type(binding.kind));
-                if buffer.is_some() { write.buffer_info(buffer.as_slice()) } else { write.image_info(image.as_slice()) }
-            })
-            .collect();
-        // SAFETY: the infos live until the call returns; the set is not in use.
-        unsafe { self.device.raw.update_descriptor_sets(&writes, &[]) };
-        Ok(Prepared { pipeline, set, reads: keys(false), writes: keys(true) })
+    /// Fills a set with what the pass's names stand for.
+    fn prepare(&self, device: &Device, set: &mut PassSet) -> Result<()> {
+        let bindings = set.shader.bindings;
+        set.reads.clear();
+        set.writes.clear();
+        let mut infos = [(None, None); BINDINGS];
+        for (binding, infos) in bindings.iter().zip(&mut infos) {
+            let resource = self.resource(binding.name)?;
+            if binding.writes { &mut set.writes } else { &mut set.reads }.push(resource.key());
+            *infos = resource.infos();
+        }
+        let mut writes = [vk::WriteDescriptorSet::default(); BINDINGS];
+        for (write, (binding, (buffer, image))) in writes.iter_mut().zip(bindings.iter().zip(&infos)) {
+            *write = vk::WriteDescriptorSet::default()
+                .dst_set(set.raw)
+                .dst_binding(binding.slot)
+                .descriptor_type(descriptor_type(binding.kind));
+            *write = if buffer.is_some() {
+                write.buffer_info(buffer.as_slice())
+            } else {
+                write.image_info(image.as_slice())
+            };
+        }
+        // SAFETY: the infos live until the call returns; the slot's last frame, which used the set, is done.
+        unsafe { device.raw.update_descriptor_sets(&writes[..bindings.len()], &[]) };
+        set.current = true;
+        Ok(())
     }
 
     /// A barrier if the accesses meet earlier ones; then they are the latest.
-    fn synchronise(&mut self, reads: &[u64], writes: &[u64], arguments: Option<u64>) {
+    fn synchronise(&mut self, to: Target, reads: &[u64], writes: &[u64], arguments: Option<u64>) {
         let meets = self.fresh
             || reads.iter().chain(&arguments).any(|k| self.written.contains(k))
             || writes.iter().any(|k| self.written.contains(k) || self.read.contains(k));
         if meets {
-            self.barrier();
+            barrier(to);
+            self.written.clear();
+            self.read.clear();
+            self.fresh = false;
         }
         self.read.extend(reads.iter().chain(&arguments));
         self.written.extend(writes);
     }
+}
 
-    fn barrier(&mut self) {
-        use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
-        let work = Stage::COMPUTE_SHADER | Stage::TRANSFER;
-        let memory = [vk::MemoryBarrier::default()
-            .src_access_mask(Access::SHADER_WRITE | Access::TRANSFER_WRITE)
-            .dst_access_mask(
-                Access::SHADER_READ
-                    | Access::SHADER_WRITE
-                    | Access::UNIFORM_READ
-                    | Access::TRANSFER_READ
-                    | Access::TRANSFER_WRITE
-                    | Access::INDIRECT_COMMAND_READ,
-            )];
-        let after = work | Stage::DRAW_INDIRECT;
-        let none = vk::DependencyFlags::empty();
-        // SAFETY: recording, outside a render pass.
-        unsafe {
-            self.device.raw.cmd_pipeline_barrier(
-                self.commands,
-                work | Stage::DRAW_INDIRECT,
-                after,
-                none,
-                &memory,
-                &[],
-                &[],
-            );
-        }
-        self.written.clear();
-        self.read.clear();
-        self.fresh = false;
+impl PassSet {
+    fn new(to: Target, pool: vk::DescriptorPool, pass: &str) -> Result<Self> {
+        let Pipeline { shader, raw: pipeline, layout, set_layout } = *to.pipelines.get(pass);
+        assert!(shader.bindings.len() <= BINDINGS, "{pass} has too many bindings");
+        let layouts = [set_layout];
+        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
+        // SAFETY: the pool is the slot's, which only this thread uses.
+        let sets = unsafe { to.device.raw.allocate_descriptor_sets(&info) };
+        let raw = sets.map_err(Error::vulkan("vkAllocateDescriptorSets"))?[0];
+        let (reads, writes) = Default::default();
+        Ok(Self { shader, pipeline, layout, raw, reads, writes, current: false })
     }
+}
 
-    /// Makes what was written visible to the host's reads once the frame is done.
-    fn finish(&self) {
-        use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
-        let memory = [vk::MemoryBarrier::default()
-            .src_access_mask(Access::SHADER_WRITE | Access::TRANSFER_WRITE)
-            .dst_access_mask(Access::HOST_READ)];
-        let none = vk::DependencyFlags::empty();
-        // SAFETY: recording, outside a render pass.
-        unsafe {
-            let raw = &self.device.raw;
-            let work = Stage::COMPUTE_SHADER | Stage::TRANSFER;
-            raw.cmd_pipeline_barrier(self.commands, work, Stage::HOST, none, &memory, &[], &[]);
-        }
-    }
+fn barrier(to: Target) {
+    use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
+    let work = Stage::COMPUTE_SHADER | Stage::TRANSFER;
+    let memory =
+        [vk::MemoryBarrier::default().src_access_mask(Access::SHADER_WRITE | Access::TRANSFER_WRITE).dst_access_mask(
+            Access::SHADER_READ
+                | Access::SHADER_WRITE
+                | Access::UNIFORM_READ
+                | Access::TRANSFER_READ
+                | Access::TRANSFER_WRITE
+                | Access::INDIRECT_COMMAND_READ,
+        )];
+    let all = work | Stage::DRAW_INDIRECT;
+    let none = vk::DependencyFlags::empty();
+    // SAFETY: recording, outside a render pass.
+    unsafe { to.device.raw.cmd_pipeline_barrier(to.commands, all, all, none, &memory, &[], &[]) };
+}
+
+/// Makes what was written visible to the host's reads once the frame is done.
+fn finish(to: Target) {
+    use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
+    let memory = [vk::MemoryBarrier::default()
+        .src_access_mask(Access::SHADER_WRITE | Access::TRANSFER_WRITE)
+        .dst_access_mask(Access::HOST_READ)];
+    let none = vk::DependencyFlags::empty();
+    let work = Stage::COMPUTE_SHADER | Stage::TRANSFER;
+    // SAFETY: recording, outside a render pass.
+    unsafe { to.device.raw.cmd_pipeline_barrier(to.commands, work, Stage::HOST, none, &memory, &[], &[]) };
 }
 
 fn buffer_key(buffer: vk::Buffer) -> u64 {

@@ -66,16 +66,22 @@ impl Timing {
         unsafe { device.raw.cmd_copy_query_pool_results(commands, self.pool, 0, count, buffer.raw, 0, 8, flags) };
     }
 
-    /// Milliseconds since the previous mark of every mark, in order; empty when not available.
-    pub fn read(&self, device: &Device) -> Vec<(&'static str, f64)> {
-        let Some(buffer) = self.ticks.as_ref().filter(|_| self.recorded && self.marks.len() > 1) else {
-            return Vec::new();
-        };
-        let ticks: Vec<u64> = buffer.read(self.marks.len());
+    /// Whether the slot's last frame was timed.
+    pub fn has_times(&self) -> bool {
+        self.ticks.is_some() && self.recorded && self.marks.len() > 1
+    }
+
+    /// Calls `take` with every mark, in order, and the milliseconds since the previous one.
+    pub fn read(&self, device: &Device, mut take: impl FnMut(&'static str, f64)) {
+        let Some(buffer) = self.ticks.as_ref().filter(|_| self.has_times()) else { return };
         let mask = u64::MAX >> (64 - device.timestamp_bits.clamp(1, 64));
         let milliseconds = f64::from(device.limits.timestamp_period) * 1e-6;
-        let times = ticks.windows(2).map(|t| (t[1].wrapping_sub(t[0]) & mask) as f64 * milliseconds);
-        self.marks[1..].iter().copied().zip(times).collect()
+        let mut before = None;
+        for (mark, ticks) in self.marks.iter().zip(buffer.iter::<u64>(self.marks.len())) {
+            if let Some(before) = before.replace(ticks) {
+                take(mark, (ticks.wrapping_sub(before) & mask) as f64 * milliseconds);
+            }
+        }
     }
 
     /// The GPU must have finished with it.

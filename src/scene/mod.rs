@@ -26,8 +26,8 @@ pub struct MeshDesc<'a> {
     pub indices: &'a [u32],
 }
 
-/// A Lambertian material.
-#[derive(Clone, Copy, Debug)]
+/// A Lambertian material; by default black and opaque.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct MaterialDesc {
     /// Chosen by the host.
     pub id: u64,
@@ -37,6 +37,11 @@ pub struct MaterialDesc {
     pub emission: [f32; 3],
     /// A texture added in this or an earlier call.
     pub base_color_texture: Option<u64>,
+    /// Share of the light that goes straight through, 0 (opaque) to 1; the surface takes the rest. Kept as coverage: as
+    /// many of a voxel side's 4 x 4 parts are open.
+    pub transmittance: f32,
+    /// Whether light also goes through where the texture's alpha is less than 1: cutouts, foliage.
+    pub texture_alpha: bool,
 }
 
 /// An 8-bit sRGB colour texture.
@@ -48,7 +53,7 @@ pub struct TextureDesc<'a> {
     pub width: u32,
     /// Rows, 1 to 16384.
     pub height: u32,
-    /// `width * height * 4` bytes, RGBA, rows from the top; colour sRGB-encoded, alpha ignored.
+    /// `width * height * 4` bytes, RGBA, rows from the top; colour sRGB-encoded, alpha linear.
     pub rgba8: &'a [u8],
 }
 

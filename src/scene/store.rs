@@ -21,6 +21,15 @@ pub struct Material {
     pub base_color: Vec3,
     pub emission: Vec3,
     pub texture: Option<u64>,
+    pub opacity: f32,
+    pub texture_alpha: bool,
+}
+
+impl Material {
+    /// Whether light comes through somewhere.
+    pub fn is_translucent(&self) -> bool {
+        self.opacity < 1.0 || self.texture_alpha && self.texture.is_some()
+    }
 }
 
 /// A texture, reduced to what a voxel can see: at most [`Texture::MAX`] texels an edge.
@@ -28,7 +37,7 @@ pub struct Material {
 pub struct Texture {
     pub width: u32,
     pub height: u32,
-    /// Square roots of linear values as RGBA8, so that squaring them in the shader gives the linear value.
+    /// Square roots of linear values, and alpha, as RGBA8: squaring the former in the shader gives the linear value.
     pub texels: Vec<u32>,
 }
 
@@ -104,6 +113,9 @@ impl Scene {
             if emission.min_element() < 0.0 || m.base_color.iter().any(|c| *c < 0.0) {
                 return Err(Error::invalid(format!("material {}: colours must not be negative", m.id)));
             }
+            if !(0.0..=1.0).contains(&m.transmittance) {
+                return Err(Error::invalid(format!("material {}: transmittance must be 0 to 1", m.id)));
+            }
             if let Some(t) = m.base_color_texture {
                 let known = self.textures.contains_key(&t) || given.textures.contains(&t);
                 known.then_some(()).ok_or_else(|| Error::UnknownId(format!("texture {t} of material {}", m.id)))?;
@@ -150,6 +162,8 @@ impl Scene {
                 base_color: Vec3::from(m.base_color).clamp(Vec3::ZERO, Vec3::ONE),
                 emission: Vec3::from(m.emission),
                 texture: m.base_color_texture,
+                opacity: 1.0 - m.transmittance,
+                texture_alpha: m.texture_alpha,
             };
             self.materials.insert(m.id, material);
         }
@@ -252,16 +266,17 @@ impl Texture {
         let mut texels = Vec::with_capacity((width * height) as usize);
         for y in 0..height {
             for x in 0..width {
-                let (mut sum, mut count) = (Vec3::ZERO, 0.0);
+                let (mut sum, mut alpha, mut count) = (Vec3::ZERO, 0.0, 0.0);
                 for v in span(y, t.height, height)..span(y + 1, t.height, height) {
                     for u in span(x, t.width, width)..span(x + 1, t.width, width) {
                         let at = (v as usize * t.width as usize + u as usize) * 4;
                         sum += Vec3::from_array([0, 1, 2].map(|c| linear[t.rgba8[at + c] as usize]));
+                        alpha += f32::from(t.rgba8[at + 3]);
                         count += 1.0;
                     }
                 }
                 let [r, g, b] = (sum / count).to_array().map(|v| (v.sqrt() * 255.0).round() as u32);
-                texels.push(r | g << 8 | b << 16 | 255 << 24);
+                texels.push(r | g << 8 | b << 16 | ((alpha / count).round() as u32) << 24);
             }
         }
         Self { width, height, texels }
@@ -287,7 +302,7 @@ mod tests {
     fn only_what_changes_counts() {
         let mut scene = Scene::default();
         let mesh = |id| MeshDesc { id, positions: &[[0.0; 3]], uvs: &[], indices: &[0, 0, 0] };
-        let material = |id| MaterialDesc { id, base_color: [0.5; 3], emission: [0.0; 3], base_color_texture: None };
+        let material = |id| MaterialDesc { id, base_color: [0.5; 3], ..MaterialDesc::default() };
         let instances: Vec<_> = (0..6).rev().map(|id| instance(id, 0.0)).collect();
         let (meshes, materials) = ([0, 1].map(mesh), [0, 1, 2].map(material));
         let all = MeshUpdate { meshes: &meshes, materials: &materials, instances: &instances, ..MeshUpdate::default() };

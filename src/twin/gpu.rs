@@ -4,9 +4,8 @@ use super::vulkan::Host;
 use crate::context::DeviceHandles;
 use crate::frame::Frame;
 use crate::gpu::shaders::{SHADERS, TEST_SHADERS};
-use crate::gpu::{Bound, Buffer, Copies, Device, Location, Pipelines, Player, Slot};
+use crate::gpu::{Bound, Buffer, Device, Location, Pipelines, Player, Slot, Target};
 use ash::vk;
-use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
 /// A device with the pipelines of some passes and buffers by name. Fails when dropped if the validation layer spoke.
@@ -56,20 +55,16 @@ impl Gpu {
     /// Records the list, submits it and waits.
     pub fn run(&mut self, frame: &Frame) {
         let mut slot = self.slot.take().expect("a slot");
-        slot.recycle(&self.device).expect("recycled");
+        slot.recycle(&self.device);
         let whole = |(name, b): (&&'static str, &Buffer)| (*name, Bound::Buffer(b.raw, 0, b.size));
-        self.play(frame, self.buffers.iter().map(whole).collect(), FxHashMap::default(), &mut slot);
+        let mut player = Player::default();
+        player.bound.extend(self.buffers.iter().map(whole));
+        self.play(frame, player, &mut slot);
         self.slot = Some(slot);
     }
 
     /// The same with resources that the caller names.
-    pub fn play(
-        &self,
-        frame: &Frame,
-        bound: FxHashMap<&'static str, Bound>,
-        copies: FxHashMap<&'static str, Vec<Copies>>,
-        slot: &mut Slot,
-    ) {
+    pub fn play(&self, frame: &Frame, mut player: Player, slot: &mut Slot) {
         let raw = &self.host.device;
         // SAFETY: ordinary recording and submission on this thread; the wait at the end frees everything for reuse.
         unsafe {
@@ -78,8 +73,8 @@ impl Gpu {
             let commands = raw.allocate_command_buffers(&info).expect("a command buffer");
             let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             raw.begin_command_buffer(commands[0], &begin).expect("recording");
-            let player = Player::new(&self.device, &self.pipelines, commands[0], bound, copies);
-            player.play(frame, slot, u64::MAX).expect("a frame that can be played");
+            let to = Target { device: &self.device, pipelines: &self.pipelines, commands: commands[0] };
+            player.play(to, frame, slot, u64::MAX).expect("a frame that can be played");
             raw.end_command_buffer(commands[0]).expect("recorded");
             let queue = raw.get_device_queue(self.host.family, 0);
             let submit = [vk::SubmitInfo::default().command_buffers(&commands)];

@@ -23,6 +23,8 @@ pub struct Face {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Voxel {
     pub faces: [Option<Face>; 6],
+    /// Whether light comes through.
+    pub translucent: bool,
 }
 
 impl Voxel {
@@ -87,7 +89,8 @@ fn encode_block(voxels: &[(u32, IVec3, &Voxel)], words: &mut Vec<u32>, lights: &
             surfaces.extend(own.iter().map(|(_, surface)| *surface));
         }
         let sides = stored.iter().fold(0, |sides, (side, f)| sides | 1 << side | u32::from(f.lit) << (side + 6));
-        packed.push(sides | (first as u32) << 12 | (lit.len() as u32) << 21 | u32::from(part) << 31);
+        let flags = u32::from(voxel.translucent) << 30 | u32::from(part) << 31;
+        packed.push(sides | (first as u32) << 12 | (lit.len() as u32) << 21 | flags);
         lit.extend(stored.iter().filter(|(_, f)| f.lit).map(|(side, f)| (*cell, *side, f.emission)));
     }
     lights.extend((run..).zip(&lit).map(|(word, (cell, side, _))| ((*cell, *side), word)));
@@ -120,7 +123,7 @@ fn decode_block(words: &[u32], block: u32, record: &[u32], brick: &mut Brick) {
         let part = word >> 31 == 1;
         let mut surfaces = words[(voxels + mask.count_ones() + 2 * (word >> 12 & 511)) as usize..].chunks(2);
         let mut emissions = words[(light + emissive * lit + (word >> 21 & 511)) as usize..].iter();
-        let mut voxel = Voxel::default();
+        let mut voxel = Voxel { translucent: word >> 30 & 1 == 1, ..Voxel::default() };
         for side in (0..SIDES).filter(|s| word >> s & 1 == 1) {
             let surface = surfaces.next().expect("a surface for each stored side");
             let lit = word >> (side + 6) & 1 == 1;

@@ -23,7 +23,7 @@ fn is_occupied(cut: &Cut) -> bool {
 }
 
 fn voxel(cuts: &HashMap<IVec3, Cut>, cell: IVec3, cut: &Cut, model: HitModel) -> Voxel {
-    let mut voxel = Voxel::default();
+    let mut voxel = Voxel { translucent: cut.translucent, ..Voxel::default() };
     for side in 0..6 {
         let front = &cuts[&(cell + side_step(side))];
         let open = !is_occupied(front);

@@ -58,7 +58,7 @@ pub fn trace(world: &World, model: HitModel, ray: &Ray) -> Option<Hit> {
     let entry = (ray.origin + ray.direction * t).floor().as_ivec3().clamp(IVec3::ZERO, size - 1);
     let entry_axis = (0..3).max_by(|a, b| enter[*a].total_cmp(&enter[*b])).unwrap_or(0);
     let mut step = Step { cell: entry, first: t == 0.0, t_in: t, t_out: t, entry_axis };
-    let mut front = BVec3::FALSE;
+    let mut passage = Passage::default();
     while step.cell.cmpge(IVec3::ZERO).all() && step.cell.cmplt(size).all() && step.t_in <= t_end {
         let forward = |axis: usize| i32::from(ray.direction[axis] > 0.0);
         let exit = |axis: usize| (f64::from(step.cell[axis] + forward(axis)) - ray.origin[axis]) / ray.direction[axis];
@@ -66,10 +66,10 @@ pub fn trace(world: &World, model: HitModel, ray: &Ray) -> Option<Hit> {
         step.t_out = exit(exit_axis);
         let hit = match (world.voxel(step.cell), model) {
             (None, _) => {
-                front = BVec3::FALSE;
+                passage = Passage::default();
                 None
             }
-            (Some(voxel), HitModel::Plane) => hit_planes(world, voxel, &ray, &step, &mut front),
+            (Some(voxel), HitModel::Plane) => hit_planes(world, voxel, &ray, &step, &mut passage),
             (Some(_), HitModel::Cube) if step.first => None,
             (Some(voxel), HitModel::Cube) => Some(hit_cube(voxel, &ray, &step)),
         };
@@ -89,14 +89,25 @@ fn facing_side(ray: &Ray, axis: usize) -> usize {
     axis * 2 + usize::from(ray.direction[axis] < 0.0)
 }
 
-fn hit_planes(world: &World, voxel: &Voxel, ray: &Ray, step: &Step, front: &mut BVec3) -> Option<Hit> {
+/// What a ray did in the last occupied voxel, per axis.
+#[derive(Clone, Copy, Debug, Default)]
+struct Passage {
+    /// It left in front of the plane.
+    front: BVec3,
+    /// It went through the plane, which lets light through.
+    through: BVec3,
+}
+
+fn hit_planes(world: &World, voxel: &Voxel, ray: &Ray, step: &Step, passage: &mut Passage) -> Option<Hit> {
     let base = step.cell.as_dvec3();
     let at = |t: f64| ray.origin + ray.direction * t - base;
     let mut best: Option<(f64, f64, usize)> = None;
     for axis in 0..3 {
         let side = facing_side(ray, axis);
-        let was = front.test(axis);
+        let Passage { front, through } = passage;
+        let (was, passed) = (front.test(axis), through.test(axis));
         front.set(axis, false);
+        through.set(axis, false);
         let (Some(face), Some(mut plane)) = (voxel.faces[side], voxel.plane(side)) else { continue };
         plane.offset += ray.error[axis];
         let facing = plane.normal.dot(ray.direction);
@@ -105,12 +116,17 @@ fn hit_planes(world: &World, voxel: &Voxel, ray: &Ray, step: &Step, front: &mut 
         }
         let (s0, s1) = (plane.height(at(step.t_in)), plane.height(at(step.t_out)));
         front.set(axis, s1 > 0.0);
+        if passed && s0 < 0.0 {
+            through.set(axis, true);
+            continue;
+        }
         let nearest = if step.first { 1e-4 } else { -0.05 };
         if s1 > 0.0 || (s0 < nearest && !was) {
             continue;
         }
         let t = step.t_in - s0.max(0.0) / facing;
         if face.mask >> mask_bit(axis, at(t)) & 1 == 0 {
+            through.set(axis, voxel.translucent);
             continue;
         }
         let near = step.t_in < 2.0;

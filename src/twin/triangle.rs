@@ -2,8 +2,8 @@
 
 use super::pack::{axis_u, axis_v};
 use super::random::Errors;
-use crate::gpu::shared::{Material, NO_TEXTURE, TIE_SHIFT, TWO_SIDED};
-use glam::{DVec2, DVec3};
+use crate::gpu::shared::{MATERIAL_MASK, Material, NO_TEXTURE, TIE_SHIFT, TRANSLUCENT, TWO_SIDED};
+use glam::{DVec2, DVec3, DVec4};
 
 /// In brick space (voxels).
 #[derive(Clone, Copy, Debug)]
@@ -13,6 +13,7 @@ pub struct Triangle {
     pub normal: DVec3,
     pub material: usize,
     pub two_sided: bool,
+    pub translucent: bool,
     /// What f32 may lose of the normal: slivers lose most.
     normal_error: f64,
 }
@@ -31,8 +32,9 @@ impl Triangle {
             corners,
             uvs,
             normal: cross.normalize_or_zero(),
-            material: (t[3].to_bits() & !TWO_SIDED) as usize,
+            material: (t[3].to_bits() & MATERIAL_MASK) as usize,
             two_sided: t[3].to_bits() & TWO_SIDED != 0,
+            translucent: t[3].to_bits() & TRANSLUCENT != 0,
             normal_error: 1e-7 + 2e-7 * lost / cross.length().max(1e-12),
         }
     }
@@ -86,20 +88,40 @@ impl Triangle {
     pub fn albedo(&self, p: DVec3, materials: &[Material], texels: &[u32], errors: &Errors) -> DVec3 {
         let material = &materials[self.material];
         let base = DVec3::from(material.base_color.map(f64::from));
-        let mut texture = DVec3::ONE;
-        if material.texture != NO_TEXTURE {
-            let [a, b, c] = self.corners;
-            let n = (b - a).cross(c - a);
-            let wb = (p - a).cross(c - a).dot(n) / n.length_squared();
-            let wc = (b - a).cross(p - a).dot(n) / n.length_squared();
-            let mut uv = self.uvs[0] * (1.0 - wb - wc) + self.uvs[1] * wb + self.uvs[2] * wc;
-            let lost = self.error() + self.normal_error;
-            uv = DVec2::new(errors.on(uv.x, lost), errors.on(uv.y, lost));
-            let size = glam::UVec2::new(material.texture_size & 0xffff, material.texture_size >> 16);
-            let texel = ((uv - uv.floor()) * size.as_dvec2()).as_uvec2().min(size - 1);
-            let word = texels[(material.texture + texel.y * size.x + texel.x) as usize];
-            texture = DVec3::from(std::array::from_fn(|k| (f64::from(word >> (8 * k) & 255) / 255.0).powi(2)));
-        }
-        (base * texture).min(DVec3::splat(f64::from(0.95f32)))
+        let root = self.texel(p, material, texels, errors).truncate();
+        (base * root * root).min(DVec3::splat(f64::from(0.95f32)))
     }
+
+    /// Whether it stops the light of a column (x, y) at a point.
+    pub fn stops(&self, [x, y]: [u32; 2], p: DVec3, materials: &[Material], texels: &[u32], errors: &Errors) -> bool {
+        let material = &materials[self.material];
+        let mut opacity = f64::from(material.opacity);
+        if material.texture_alpha == 1 {
+            opacity *= self.texel(p, material, texels, errors).w;
+        }
+        !self.translucent || errors.on(opacity * 256.0, 1e-4) > f64::from(dither_order(x, y, 4)) + 0.5
+    }
+
+    /// What the texture holds for a point: square roots of linear values, alpha.
+    fn texel(&self, p: DVec3, material: &Material, texels: &[u32], errors: &Errors) -> DVec4 {
+        if material.texture == NO_TEXTURE {
+            return DVec4::ONE;
+        }
+        let [a, b, c] = self.corners;
+        let n = (b - a).cross(c - a);
+        let wb = (p - a).cross(c - a).dot(n) / n.length_squared();
+        let wc = (b - a).cross(p - a).dot(n) / n.length_squared();
+        let mut uv = self.uvs[0] * (1.0 - wb - wc) + self.uvs[1] * wb + self.uvs[2] * wc;
+        let lost = self.error() + self.normal_error;
+        uv = DVec2::new(errors.on(uv.x, lost), errors.on(uv.y, lost));
+        let size = glam::UVec2::new(material.texture_size & 0xffff, material.texture_size >> 16);
+        let texel = ((uv - uv.floor()) * size.as_dvec2()).as_uvec2().min(size - 1);
+        let word = texels[(material.texture + texel.y * size.x + texel.x) as usize];
+        DVec4::from(std::array::from_fn(|k| f64::from(word >> (8 * k) & 255) / 255.0))
+    }
+}
+
+/// Of 4^bits places, when (x, y) is taken: the first of them are spread evenly (Bayer 1973).
+pub fn dither_order(x: u32, y: u32, bits: u32) -> u32 {
+    (0..bits).fold(0, |order, bit| order << 2 | ((x ^ y) >> bit & 1) << 1 | y >> bit & 1)
 }

@@ -4,7 +4,7 @@ use super::pack::{
     Plane, albedo_encode, axis_u, axis_v, fine_albedo_encode, plane_decode, plane_encode, rgb9e5_encode, side_step,
 };
 use super::random::{Errors, pcg, unit_float};
-use super::triangle::Triangle;
+use super::triangle::{Triangle, dither_order};
 use crate::gpu::shared::{CONTACT_LIST_MAX, Material};
 use glam::{DVec2, DVec3, IVec3, Vec3};
 
@@ -38,6 +38,8 @@ pub struct Surface {
 pub struct Cut {
     pub sides: [Option<Surface>; 6],
     pub thin: [bool; 3],
+    /// A crossing lets light through.
+    pub translucent: bool,
 }
 
 /// A side's columns and what its outermost layer adds up to.
@@ -48,6 +50,8 @@ struct Layer {
     position: DVec3,
     albedo: DVec3,
     emission: DVec3,
+    /// A crossing lets light through.
+    translucent: bool,
 }
 
 /// A layer and its mean plane as it will be stored.
@@ -73,17 +77,22 @@ fn on_column(axis: usize, column: DVec2, height: f64) -> DVec3 {
 pub fn cut(source: &Source, cell: IVec3, errors: &Errors) -> Cut {
     let near: Vec<Triangle> =
         source.triangles.iter().map(|t| t.moved(cell.as_dvec3())).filter(Triangle::is_near).collect();
+    let mut translucent = false;
     let sides: [Option<Side>; 6] = std::array::from_fn(|side| {
         let layer = outermost(source, &near, side, errors);
+        translucent |= layer.translucent;
         (layer.count > 0.0).then(|| mean(layer, side, errors))
     });
-    let coverages: [Option<(u16, u32)>; 6] =
-        std::array::from_fn(|side| sides[side].as_ref().map(|own| coverage(&count_cells(&sides, side, own, errors))));
-    let part_filled = coverages.iter().flatten().any(|(mask, _)| *mask != 0xffff);
-    let mut cut = Cut::default();
     let place = (cell.x + 8 * (cell.y + 8 * cell.z)) as u32;
+    let seed_of = |side: usize| pcg(source.seed.wrapping_add(place)).wrapping_add(side as u32);
+    let coverages: [Option<(u16, u32)>; 6] = std::array::from_fn(|side| {
+        let cells = count_cells(&sides, side, sides[side].as_ref()?, errors);
+        Some(if translucent { dithered(&cells, seed_of(side), errors) } else { coverage(&cells) })
+    });
+    let part_filled = coverages.iter().flatten().any(|(mask, _)| *mask != 0xffff);
+    let mut cut = Cut { translucent, ..Cut::default() };
     for side in 0..6 {
-        let seed = pcg(source.seed.wrapping_add(place)).wrapping_add(side as u32);
+        let seed = seed_of(side);
         let seen = |own| coverages[side].map(|covered| surface(source, own, covered, part_filled, seed));
         cut.sides[side] = sides[side].as_ref().and_then(seen);
     }
@@ -95,8 +104,15 @@ pub fn cut(source: &Source, cell: IVec3, errors: &Errors) -> Cut {
 fn outermost(source: &Source, near: &[Triangle], side: usize, errors: &Errors) -> Layer {
     let (axis, high) = (side >> 1, side & 1 == 1);
     let zero = DVec3::ZERO;
-    let mut layer =
-        Layer { covered: [false; ALL], count: 0.0, normal: zero, position: zero, albedo: zero, emission: zero };
+    let mut layer = Layer {
+        covered: [false; ALL],
+        count: 0.0,
+        normal: zero,
+        position: zero,
+        albedo: zero,
+        emission: zero,
+        translucent: false,
+    };
     for index in 0..ALL {
         let c = column(index);
         let mut best: Option<(i32, f64, &Triangle)> = None;
@@ -106,6 +122,11 @@ fn outermost(source: &Source, near: &[Triangle], side: usize, errors: &Errors) -
             }
             let height = t.height(axis, c, errors);
             if !(0.0..1.0).contains(&height) || !t.holds(axis, c, errors) || is_closed(t, near, axis, c, errors) {
+                continue;
+            }
+            layer.translucent |= t.translucent;
+            let at = [index % COLUMNS, index / COLUMNS].map(|v| v as u32);
+            if !t.stops(at, on_column(axis, c, height), source.materials, source.texels, errors) {
                 continue;
             }
             let level = (height * 65534.0) as i32 * if high { 1 } else { -1 };
@@ -189,13 +210,9 @@ fn coverage(cells: &[(u32, u32); 16]) -> (u16, u32) {
     if total >= 252 {
         return (0xffff, total);
     }
-    let beside_covered = |k: usize| {
-        let near = |a: usize, b: usize| a.abs_diff(b) <= 1;
-        (0..16).any(|j| near(j % 4, k % 4) && near(j / 4, k / 4) && cells[j].0 > 0)
-    };
     let is_set = |k: usize| {
         let (covered, open) = cells[k];
-        if covered + open == 0 { beside_covered(k) } else { covered >= open }
+        if covered + open == 0 { beside_covered(cells, k) } else { covered >= open }
     };
     let set: Vec<usize> = (0..16).filter(|k| is_set(*k)).collect();
     if set.is_empty() {
@@ -204,6 +221,29 @@ fn coverage(cells: &[(u32, u32); 16]) -> (u16, u32) {
     }
     let mask = set.iter().fold(0, |mask, k| mask | 1 << k);
     (mask, set.iter().map(|k| cells[*k].0 + cells[*k].1).sum())
+}
+
+fn beside_covered(cells: &[(u32, u32); 16], k: usize) -> bool {
+    let near = |a: usize, b: usize| a.abs_diff(b) <= 1;
+    (0..16).any(|j| near(j % 4, k % 4) && near(j / 4, k / 4) && cells[j].0 > 0)
+}
+
+/// Where light comes through: as many cells as are covered on average over voxels.
+fn dithered(cells: &[(u32, u32); 16], seed: u32, errors: &Errors) -> (u16, u32) {
+    let total: u32 = cells.iter().map(|c| c.0).sum();
+    if total >= 252 {
+        return (0xffff, total);
+    }
+    let random = pcg(seed.wrapping_add(3));
+    let is_set = |k: &usize| {
+        let (covered, open) = cells[*k];
+        let order = dither_order(*k as u32 & 3 ^ random & 3, *k as u32 >> 2 ^ random >> 2 & 3, 2);
+        let threshold = (f64::from(order) + unit_float(random)) / 16.0;
+        let of = f64::from(covered + open);
+        if of == 0.0 { beside_covered(cells, *k) } else { errors.on(f64::from(covered), 1e-5) > threshold * of }
+    };
+    let set = (0..16).filter(is_set);
+    set.fold((0, 0), |(mask, area), k| (mask | 1 << k, area + cells[k].0 + cells[k].1))
 }
 
 fn surface(source: &Source, own: &Side, (mask, area): (u16, u32), part_filled: bool, seed: u32) -> Surface {

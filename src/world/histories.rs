@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::bricks::BrickWindow;
-use crate::gpu::{Buffer, Location};
+use crate::gpu::{Bound, Buffer, Copies, Location, Player};
 use crate::scene::{
     BufferAddress, BufferMeshDesc, IndexBuffer, IndexType, InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate,
     VertexBuffer, VertexFormat,
@@ -47,7 +47,7 @@ fn meshes() -> [(Vec<[f32; 3]>, Vec<u32>); MESHES as usize] {
 fn material(id: u64, random: &mut Random) -> MaterialDesc {
     let base_color = std::array::from_fn(|_| random.unit() as f32);
     let emission = if id == 2 { [3.0, 2.0, 1.0] } else { [0.0; 3] };
-    MaterialDesc { id, base_color, emission, base_color_texture: None }
+    MaterialDesc { id, base_color, emission, ..MaterialDesc::default() }
 }
 
 /// Anywhere about the middle of the world, turned, stretched and perhaps mirrored.
@@ -157,14 +157,20 @@ impl Live {
     /// As `Context::dispatch`, without a view.
     fn frame(&mut self) {
         let (settings, index) = (settings(), self.frames as usize % FRAMES_IN_FLIGHT);
-        self.slots[index].recycle(&self.gpu.device).expect("recycled");
+        self.slots[index].recycle(&self.gpu.device);
         let mut scope =
             FrameScope::new(&self.gpu.device, &settings, &mut self.slots, index, self.frames, Frame::default());
         self.world.frame(&mut scope, &mut self.scene, self.eye, DMat4::IDENTITY).expect("a frame");
         let frame = scope.frame;
-        let (bound, copies) = (self.world.bindings(index), self.world.take_copies());
-        self.gpu.play(&frame, bound, copies, &mut self.slots[index]);
+        let player = self.bind(index);
+        self.gpu.play(&frame, player, &mut self.slots[index]);
         self.frames += 1;
+    }
+
+    fn bind(&mut self, index: usize) -> Player {
+        let mut player = Player::default();
+        self.world.bind(index, &mut player);
+        player
     }
 
     /// Frames until nothing has been voxelised for a while.
@@ -189,13 +195,14 @@ impl Live {
 
     fn copy(&mut self, from: vk::Buffer, to: vk::Buffer, size: u64) {
         let regions = vec![vk::BufferCopy { src_offset: 0, dst_offset: 0, size }];
-        let copies = FxHashMap::from_iter([("copy", vec![Copies { from, to, regions }])]);
+        let mut player = Player::default();
+        player.copies.insert("copy", vec![Copies { from, to, regions }]);
         let frame = Frame { commands: vec![Command::Copy("copy")], ..Frame::default() };
-        self.gpu.play(&frame, FxHashMap::default(), copies, &mut self.slots[0]);
+        self.gpu.play(&frame, player, &mut self.slots[0]);
     }
 
     fn read(&mut self, name: &str) -> Vec<u32> {
-        let Bound::Buffer(from, _, size) = self.world.bindings(0)[name] else { panic!("{name} is a buffer") };
+        let Bound::Buffer(from, _, size) = self.bind(0).bound[name] else { panic!("{name} is a buffer") };
         let mut new = Buffer::new(&self.gpu.device, size, Location::Readback).expect("a buffer");
         self.copy(from, new.raw, size);
         let words = new.read((size / 4) as usize);

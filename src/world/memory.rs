@@ -14,7 +14,7 @@ use crate::context::ResourceSize;
 use crate::error::{Error, Result};
 use crate::frame::Command;
 use crate::gpu::shared::{APRON_COUNT, BATCH_BRICKS, BLOCK_WORDS, BrickResult, LightBrick, PAGE_WORDS, RECORD_WORDS};
-use crate::gpu::{Bound, Buffer, Copies, Location, Slot};
+use crate::gpu::{Bound, Buffer, Copies, Location, Player, Slot};
 use crate::settings::Settings;
 use ash::vk;
 use rustc_hash::FxHashMap;
@@ -496,26 +496,21 @@ impl Memory {
         self.frames[index].counters.as_ref().map_or(0, |b| u64::from(b.read::<u32>(1)[0]))
     }
 
-    /// What the passes' names stand for in this slot's frame.
-    pub fn bindings(&self, index: usize) -> FxHashMap<&'static str, Bound> {
+    /// Says what the passes' names stand for in this slot's frame.
+    pub fn bind(&mut self, index: usize, player: &mut Player) {
         let whole = |b: &Buffer| Bound::Buffer(b.raw, 0, b.size);
-        let mut bound: FxHashMap<_, _> = self.buffers.iter().map(|(name, b)| (*name, whole(b))).collect();
         let frame = &self.frames[index];
         let own = [("brick_results", &frame.results), ("counters", &frame.counters), ("payload", &frame.payload)];
-        bound.extend(frame.source.map(|(raw, size)| ("brick_source", Bound::Buffer(raw, 0, size))));
-        bound.extend(own.into_iter().filter_map(|(name, b)| b.as_ref().map(|b| (name, whole(b)))));
-        bound
+        player.bound.extend(self.buffers.iter().map(|(name, b)| (*name, whole(b))));
+        player.bound.extend(frame.source.map(|(raw, size)| ("brick_source", Bound::Buffer(raw, 0, size))));
+        player.bound.extend(own.into_iter().filter_map(|(name, b)| b.as_ref().map(|b| (name, whole(b)))));
+        player.copies.extend(self.copies.drain());
     }
 
-    /// What the frame's copies by name stand for.
-    pub fn take_copies(&mut self) -> FxHashMap<&'static str, Vec<Copies>> {
-        std::mem::take(&mut self.copies)
-    }
-
-    /// Names and bytes of everything that counts against the budget.
-    pub fn resources(&self, slots: &[Slot]) -> Vec<ResourceSize> {
-        let mut sizes: Vec<_> = self.buffers.iter().map(|(name, b)| ResourceSize { name, bytes: b.size }).collect();
-        sizes.sort_by_key(|r| r.name);
+    /// Adds names and bytes of everything that counts against the budget.
+    pub fn list(&self, slots: &[Slot], sizes: &mut Vec<ResourceSize>) {
+        sizes.extend(self.buffers.iter().map(|(name, b)| ResourceSize { name, bytes: b.size }));
+        sizes.sort_unstable_by_key(|r| r.name);
         let total = |pick: fn(&FrameBuffers) -> &Option<Buffer>| {
             self.frames.iter().filter_map(|f| pick(f).as_ref()).map(|b| b.size).sum::<u64>()
         };
@@ -528,7 +523,6 @@ impl Memory {
             ("retired", retired_bytes(slots)),
         ];
         sizes.extend(others.into_iter().filter(|o| o.1 > 0).map(|(name, bytes)| ResourceSize { name, bytes }));
-        sizes
     }
 
     /// The GPU must have finished with it.

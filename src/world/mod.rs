@@ -12,7 +12,7 @@ use crate::frame::{Command, Frame};
 use crate::gpu::shared::{
     Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
 };
-use crate::gpu::{Bound, Copies, Device, Slot};
+use crate::gpu::{Device, Player, Slot};
 use crate::passes;
 use crate::scene::{Light, Scene};
 use crate::settings::Settings;
@@ -90,6 +90,8 @@ pub struct World {
     arriving: f64,
     /// How often a large part of the world has been loaded: what views saw before, with holes in the world, is of no use.
     pub loads: u32,
+    /// Bricks near and in view that the last frame has to do without.
+    pub missing_in_view: u32,
     /// Frames without voxelisation.
     idle: usize,
     /// Frames since a large part of the world, or its lights, changed.
@@ -124,6 +126,7 @@ impl World {
             arriving: 0.0,
             loads: 0,
             updates: 0,
+            missing_in_view: 0,
             idle: 0,
             steady_frames: 0,
             incomplete: false,
@@ -192,7 +195,9 @@ impl World {
         scope.frame.commands.push(Command::Clear("counters"));
         self.upload_materials(scope, scene)?;
         self.commit(scope, scene)?;
-        self.voxelize(scope, scene, &Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size))?;
+        let viewpoint = Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size);
+        self.voxelize(scope, scene, &viewpoint)?;
+        self.missing_in_view = self.table.missing_in_view(&viewpoint);
         self.ask_for_meshes(scope)?;
         self.light(scope, scene, eye / 8.0)?;
         self.tell(scope.settings);
@@ -234,6 +239,9 @@ impl World {
                     texture,
                     emission: m.emission.to_array(),
                     texture_size,
+                    opacity: m.opacity,
+                    texture_alpha: m.texture_alpha.into(),
+                    unused: [0; 2],
                 }
             })
             .collect();
@@ -311,7 +319,7 @@ impl World {
         if !bricks.is_empty() {
             passes::light::light(
                 &mut scope.frame,
-                &bricks,
+                bricks,
                 faces,
                 sweeps,
                 self.updates,
@@ -357,19 +365,14 @@ impl World {
         }
     }
 
-    /// What the passes' names stand for in this slot's frame.
-    pub fn bindings(&self, index: usize) -> FxHashMap<&'static str, Bound> {
-        self.memory.bindings(index)
+    /// Says what the passes' names stand for in this slot's frame, and its copies.
+    pub fn bind(&mut self, index: usize, player: &mut Player) {
+        self.memory.bind(index, player);
     }
 
-    /// What the frame's copies by name stand for.
-    pub fn take_copies(&mut self) -> FxHashMap<&'static str, Vec<Copies>> {
-        self.memory.take_copies()
-    }
-
-    /// Names and bytes of everything that counts against the budget.
-    pub fn resources(&self, slots: &[Slot]) -> Vec<ResourceSize> {
-        self.memory.resources(slots)
+    /// Adds names and bytes of everything that counts against the budget.
+    pub fn list(&self, slots: &[Slot], sizes: &mut Vec<ResourceSize>) {
+        self.memory.list(slots, sizes);
     }
 
     /// The GPU must have finished with it.

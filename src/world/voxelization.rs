@@ -97,13 +97,14 @@ impl World {
     fn release_scratch(&mut self, scope: &mut FrameScope) {
         self.idle += 1;
         let quiet = 2 * self.flights.len();
-        if self.table.busy() || self.idle <= quiet {
+        let released = quiet + 1 + self.flights.len();
+        if self.table.busy() || self.idle <= quiet || self.idle > released {
             return;
         }
         self.memory.release_scratch(scope);
         self.batch = Batch::default();
         // All slots have given back theirs: bricks with too many triangles may fit now.
-        if self.idle == quiet + 1 + self.flights.len() {
+        if self.idle == released {
             self.table.retry_oversized();
         }
     }

@@ -18,7 +18,8 @@ pub struct Field {
     pub host: Host,
     boxes: usize,
     spacing: f64,
-    moves: u32,
+    /// Whether each box stands beside its place.
+    moved: Vec<bool>,
 }
 
 /// CPU time of a step.
@@ -34,17 +35,12 @@ impl Field {
     /// Loads `boxes` boxes, `spacing` metres apart, until nothing is missing. Returns what that cost in all.
     pub fn new(boxes: usize, spacing: f64, settings: Settings) -> Result<(Self, Cost)> {
         let options = HostOptions { settings, size: Some([16, 16]), ..HostOptions::new(stage()) };
-        let mut field = Self { host: Host::new(options)?, boxes, spacing, moves: 0 };
+        let mut field = Self { host: Host::new(options)?, boxes, spacing, moved: vec![true; boxes] };
         // The window exists before the boxes come.
         field.frame()?;
         let (positions, indices) = cube();
         field.host.context_mut().update_meshes(&MeshUpdate {
-            materials: &[MaterialDesc {
-                id: FIRST,
-                base_color: [0.5; 3],
-                emission: [0.0; 3],
-                base_color_texture: None,
-            }],
+            materials: &[MaterialDesc { id: FIRST, base_color: [0.5; 3], ..MaterialDesc::default() }],
             meshes: &[MeshDesc { id: FIRST, positions: &positions, uvs: &[], indices: &indices }],
             ..MeshUpdate::default()
         })?;
@@ -63,7 +59,6 @@ impl Field {
 
     /// Moves the first `count` boxes a little, evenly spread over the field, and makes a frame.
     pub fn step(&mut self, count: usize) -> Result<Cost> {
-        self.moves += 1;
         let chosen: Vec<usize> = (0..count).map(|i| i * self.boxes / count).collect();
         Ok(Cost { update: self.place(&chosen)?, dispatch: self.frame()? })
     }
@@ -81,8 +76,9 @@ impl Field {
     fn place(&mut self, chosen: &[usize]) -> Result<Duration> {
         let edge = (self.boxes as f64).sqrt().ceil() as usize;
         let middle = edge as f64 / 2.0;
-        let shift = 0.25 * f64::from(self.moves % 2);
+        chosen.iter().for_each(|i| self.moved[*i] = !self.moved[*i]);
         let instance = |index: &usize| {
+            let shift = if self.moved[*index] { 0.25 } else { 0.0 };
             let cell = [index % edge, index / edge].map(|i| (i as f64 + 0.5 - middle) * self.spacing + shift);
             InstanceDesc {
                 id: FIRST + *index as u64,

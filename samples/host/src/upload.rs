@@ -18,6 +18,7 @@ pub(crate) fn scene(context: &mut Context, scene: &Scene, offset: [f64; 3]) -> R
             base_color: m.base_color,
             emission: m.emission,
             base_color_texture: m.texture.map(|t| t as u64),
+            ..MaterialDesc::default()
         })
         .collect();
     let meshes: Vec<_> = (0u64..)

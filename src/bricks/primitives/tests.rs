@@ -8,7 +8,7 @@ const WINDOW: BrickWindow = BrickWindow { low: IVec3::new(-64, -16, -64), size: 
 
 fn scene(positions: &[[f32; 3]], indices: &[u32]) -> Scene {
     let mut scene = Scene::default();
-    let material = MaterialDesc { id: 1, base_color: [0.5; 3], emission: [0.0; 3], base_color_texture: None };
+    let material = MaterialDesc { id: 1, base_color: [0.5; 3], ..MaterialDesc::default() };
     let mesh = MeshDesc { id: 1, positions, uvs: &[], indices };
     scene.apply(&MeshUpdate { materials: &[material], meshes: &[mesh], ..MeshUpdate::default() });
     scene

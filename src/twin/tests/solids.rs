@@ -4,7 +4,7 @@ use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, Scene};
 use crate::twin::random::Random;
 use glam::{DVec3, Vec3};
 
-pub const MATERIALS: u32 = 5;
+pub const MATERIALS: u32 = 7;
 
 /// A mesh of loose triangles.
 struct Body {
@@ -61,7 +61,7 @@ impl Bodies {
         self.add(&[[a, b, c], [a, c, d], [a, d, b], [b, d, c]], material);
     }
 
-    /// Everything as the SDK keeps it: greys, a lamp, a textured one, white.
+    /// Everything as the SDK keeps it: greys, a lamp, a textured one, white, a pane, foliage.
     pub fn scene(&self) -> Scene {
         let rgba8: Vec<u8> = (0..8 * 8 * 4).map(|i: u32| (i * 37 % 251) as u8).collect();
         let texture = crate::scene::TextureDesc { id: 7, width: 8, height: 8, rgba8: &rgba8 };
@@ -70,6 +70,7 @@ impl Bodies {
             base_color,
             emission,
             base_color_texture: textured.then_some(7),
+            ..MaterialDesc::default()
         };
         let materials: [MaterialDesc; MATERIALS as usize] = [
             material(0, [0.5; 3], [0.0; 3], false),
@@ -77,6 +78,8 @@ impl Bodies {
             material(2, [0.2; 3], [12.0, 7.0, 0.5], false),
             material(3, [0.9, 0.7, 1.0], [0.0; 3], true),
             material(4, [1.0; 3], [0.0, 0.25, 0.0], false),
+            MaterialDesc { transmittance: 0.4, ..material(5, [0.6; 3], [3.0; 3], false) },
+            MaterialDesc { transmittance: 0.125, texture_alpha: true, ..material(6, [0.4; 3], [0.0; 3], true) },
         ];
         let instance = |(id, body): (u64, &Body)| InstanceDesc {
             id,

@@ -57,6 +57,9 @@ impl Batch {
                     texture: if m.texture.is_some() { 0 } else { NO_TEXTURE },
                     emission: m.emission.to_array(),
                     texture_size: texture.width | texture.height << 16,
+                    opacity: m.opacity,
+                    texture_alpha: m.texture_alpha.into(),
+                    unused: [0; 2],
                 }
             })
             .collect();

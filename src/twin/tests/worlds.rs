@@ -10,7 +10,7 @@ use glam::{DVec3, IVec3, UVec3};
 /// A voxel with random planes on random sides, some part-filled, some closed, some the
 /// two sides of a sheet.
 fn random_voxel(random: &mut Random, part_filled: f64, closed: f64) -> Voxel {
-    let mut voxel = Voxel::default();
+    let mut voxel = Voxel { translucent: random.chance(0.3), ..Voxel::default() };
     let sure = random.below(6) as usize;
     let sheet = random.chance(0.2);
     for side in 0..6 {

@@ -16,7 +16,9 @@ pub struct Row {
     pub instances_changed: usize,
     pub bricks: u32,
     pub bricks_missing: u32,
+    pub bricks_missing_in_view: u32,
     pub bricks_left_out: u32,
+    pub bricks_voxelized: u32,
     pub faces: u32,
     pub world_bytes: u64,
     /// GPU time of all passes, and of groups of them; 0 without timestamps.
@@ -42,7 +44,9 @@ impl Row {
     pub fn set_world(&mut self, stats: &Stats) {
         self.bricks = stats.bricks;
         self.bricks_missing = stats.bricks_missing;
+        self.bricks_missing_in_view = stats.bricks_missing_in_view;
         self.bricks_left_out = stats.bricks_left_out;
+        self.bricks_voxelized = stats.bricks_voxelized;
         self.faces = stats.faces;
         self.world_bytes = stats.world_bytes;
         self.cpu_ms = stats.cpu_ms;
