@@ -19,7 +19,8 @@ Structs start with sType (which BGI_STRUCTURE_TYPE_* it is; anything else is ref
 no extension structs; anything else is refused). They never grow: later versions add fields through pNext. Zero a struct
 first, then set sType and what you need.
 
-Memory: what a pointer leads to is copied before the call returns. Nothing that the library returns is to be freed.
+Memory: what a pointer leads to is copied before the call returns; the VkBuffers of a mesh are read later (BgiMesh).
+Nothing that the library returns is to be freed.
 
 Threads: every function may be called on any thread. Calls on one context run one after another; calls on different
 contexts run at once. A command buffer is the host's to synchronise, as always.
@@ -225,7 +226,52 @@ typedef struct BgiMaterial {
     uint32_t useTextureAlpha;
 } BgiMaterial;
 
-/// A triangle mesh.
+/// What the numbers of a vertex attribute are: one of BGI_VERTEX_FORMAT_*. The value is their size in bytes.
+typedef uint32_t BgiVertexFormat;
+
+/// An attribute of a mesh's vertices, in host memory or in a buffer.
+typedef struct BgiVertexData {
+    /// Host memory, copied before the call returns; or NULL.
+    const void *data;
+    /// Or a buffer of the context's device, made with VK_BUFFER_USAGE_TRANSFER_SRC_BIT; else VK_NULL_HANDLE. BgiMesh says
+    /// when it is read.
+    VkBuffer buffer;
+    /// Bytes from the start of `data` or `buffer` to the first vertex's first number, which is aligned to the size of a
+    /// number.
+    uint64_t offset;
+    /// Bytes from one vertex to the next, a multiple of the size of a number; 0: nothing lies between them.
+    uint32_t stride;
+    /// BGI_VERTEX_FORMAT_*
+    BgiVertexFormat format;
+} BgiVertexData;
+
+/// What indices are: one of BGI_INDEX_TYPE_*. The value is their size in bytes; VkIndexType has other values.
+typedef uint32_t BgiIndexType;
+
+/// A mesh's indices, side by side, in host memory or in a buffer.
+typedef struct BgiIndexData {
+    /// As in BgiVertexData.
+    const void *data;
+    /// As in BgiVertexData.
+    VkBuffer buffer;
+    /// Bytes from the start of `data` or `buffer` to the first index, which is aligned to the size of an index.
+    uint64_t offset;
+    /// BGI_INDEX_TYPE_*
+    BgiIndexType indexType;
+} BgiIndexData;
+
+/// A triangle mesh, all of it in host memory or all of it in buffers.
+///
+/// Host memory is copied before the call returns. Buffers are read by the following bgiDispatch calls: these record copies
+/// out of them, in the order in which the meshes were handed over and up to 4.5 MiB a call, less where memoryBudget is used
+/// up; a large mesh takes several. The call that comes framesInFlight after the last of them makes the mesh. Until then it is
+/// pending (BgiStats.meshesPending): its instances are not there yet, or have the mesh of this id that was there before. If
+/// a number is not finite then, or an index not below vertexCount, the mesh counts as empty and the log has a warning.
+///
+/// While a mesh is pending its buffers do not change, and whenever such a command buffer executes, what they hold is
+/// complete, visible to VK_PIPELINE_STAGE_TRANSFER_BIT with VK_ACCESS_TRANSFER_READ_BIT, and owned by the queue's family.
+/// Removing or replacing a mesh ends its being pending; its buffers may go once the GPU has finished with the command
+/// buffers that were recorded before.
 typedef struct BgiMesh {
     /// BGI_STRUCTURE_TYPE_MESH
     BgiStructureType sType;
@@ -233,16 +279,16 @@ typedef struct BgiMesh {
     const void *pNext;
     /// Chosen by the host; a mesh that has it already is replaced, in all its instances.
     uint64_t id;
-    /// Positions, 1 to BGI_MAX_COUNT.
+    /// Vertices, 1 to BGI_MAX_COUNT.
     uint32_t vertexCount;
     /// Three per triangle, 3 to BGI_MAX_COUNT.
     uint32_t indexCount;
-    /// vertexCount times x, y, z in object space, metres, finite. Copied.
-    const float *positions;
-    /// Optional: vertexCount times u, v. (0, 0) is the corner of the texture's first texel; repeats. Copied.
-    const float *uvs;
-    /// indexCount indices, each below vertexCount; counter-clockwise seen from the front. Copied.
-    const uint32_t *indices;
+    /// x, y, z in object space, metres, finite.
+    struct BgiVertexData positions;
+    /// Optional (neither data nor buffer): u, v, finite. (0, 0) is the corner of the texture's first texel; repeats.
+    struct BgiVertexData uvs;
+    /// Each below vertexCount; triangles are counter-clockwise seen from the front.
+    struct BgiIndexData indices;
 } BgiMesh;
 
 /// A mesh placed in the world.
@@ -264,7 +310,7 @@ typedef struct BgiInstance {
 } BgiInstance;
 
 /// A batch of changes, applied in the order of the fields. Each array is optional: count 0. Ids are the host's own
-/// numbers, each kind with its own. Everything is copied before the call returns.
+/// numbers, each kind with its own. All host memory is copied before the call returns.
 typedef struct BgiMeshUpdate {
     /// BGI_STRUCTURE_TYPE_MESH_UPDATE
     BgiStructureType sType;
@@ -453,6 +499,9 @@ typedef struct BgiStats {
     uint32_t facesUnreached;
     /// Out: allocation units of 32 bytes in use by bricks.
     uint32_t pages;
+    /// Out: meshes in buffers that have not been read to the end yet: those handed over last. All is loaded where this and
+    /// the missing bricks that are not left out are 0.
+    uint32_t meshesPending;
     /// In: elements at `passes`. Out: elements written, or available where `passes` is NULL.
     uint32_t passCount;
     /// In: elements at `resources`. Out: elements written, or available where `resources` is NULL.
@@ -573,6 +622,18 @@ typedef struct BgiStats {
 /// Where it enters the voxel's cube. Kept for comparison.
 #define BGI_HIT_MODEL_CUBE 1
 
+/// IEEE 754 binary16. VK_FORMAT_R16G16B16A16_SFLOAT is this with a stride of 8: its fourth number is passed over.
+#define BGI_VERTEX_FORMAT_FLOAT16 2
+
+/// IEEE 754 binary32.
+#define BGI_VERTEX_FORMAT_FLOAT32 4
+
+/// 16-bit unsigned integers.
+#define BGI_INDEX_TYPE_UINT16 2
+
+/// 32-bit unsigned integers.
+#define BGI_INDEX_TYPE_UINT32 4
+
 /// Parallel light: `direction` and `irradiance`.
 #define BGI_LIGHT_TYPE_DIRECTIONAL 1
 
@@ -662,10 +723,11 @@ BgiResult bgiDestroyView(BgiContext context, BgiView view);
 /// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
 BgiResult bgiSetCamera(BgiContext context, BgiView view, const struct BgiCamera *camera);
 
-/// Records one view's frame into the host's command buffer: queued bricks, lighting, probes, resolve. Compute only;
-/// valid in secondary command buffers; no queue is touched and nothing is waited for. Clobbered and not restored: the
-/// compute pipeline, compute descriptor sets and push constants. Barriers for the library's own buffers are its own.
-/// The handles in `info` must stay valid until the GPU has finished with the command buffer.
+/// Records one view's frame into the host's command buffer: copies of pending meshes, queued bricks, lighting, probes,
+/// resolve. Compute and copies only; valid in secondary command buffers; no queue is touched and nothing is waited for.
+/// Clobbered and not restored: the compute pipeline, compute descriptor sets and push constants. Barriers for the library's
+/// own buffers are its own. The handles in `info` and the buffers of pending meshes must stay valid until the GPU has
+/// finished with the command buffer.
 ///
 /// @return BGI_SUCCESS; BGI_WARNING_WORLD_INCOMPLETE, after all its work, where bricks are left out for lack of memory
 /// (the log says so once, when it begins); BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,

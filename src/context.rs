@@ -130,6 +130,8 @@ pub struct Stats {
     pub faces_unreached: u32,
     /// Allocation units of 32 bytes in use by bricks.
     pub pages: u32,
+    /// Meshes in the host's buffers that have not been read to the end yet: those handed over last.
+    pub meshes_pending: u32,
     /// Rays traced in the frame.
     pub rays: u64,
     /// Dispatch calls so far.
@@ -201,9 +203,16 @@ impl Context {
         Ok(context)
     }
 
-    /// Adds, replaces, moves or removes what the world is made of. On an error nothing of the batch is applied.
+    /// Adds, replaces, moves or removes what the world is made of. On an error nothing of the batch is applied. Meshes in
+    /// the host's buffers are read by the following dispatches, in the order in which they were handed over, up to some
+    /// MiB a frame ([`BufferAddress`](crate::scene::BufferAddress) has the rules).
     pub fn update_meshes(&mut self, update: &MeshUpdate) -> Result<()> {
         self.scene.check(update)?;
+        for mesh in update.buffer_meshes {
+            mesh.check_ends(|buffer| self.device.buffer_bytes(buffer))?;
+        }
+        self.world.readback.update(update)?;
+        self.stats.meshes_pending = self.world.readback.pending();
         let changed = self.scene.apply(update);
         self.world.instances_changed(&changed, &self.scene);
         Ok(())
@@ -351,6 +360,7 @@ impl Context {
         stats.faces = self.world.table.faces();
         stats.faces_unreached = self.world.table.unreached();
         stats.pages = self.world.table.pages.used();
+        stats.meshes_pending = self.world.readback.pending();
         stats.frames += 1;
         stats.cpu_ms = start.elapsed().as_secs_f64() * 1e3;
     }

@@ -38,8 +38,9 @@ impl Push {
 pub enum Command {
     /// Fills a buffer with zeros.
     Clear(&'static str),
-    /// Copies what is kept of the old buffer of this name into the one that replaces it.
-    Move(&'static str),
+    /// Makes the copies between buffers that go by this name: what is kept of a buffer into the one that replaces it, or
+    /// what the host's buffers hold into `readback`.
+    Copy(&'static str),
     /// Runs a pass; its resources are found by the names in its shader.
     Dispatch {
         /// The pass.

@@ -63,6 +63,8 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiTexture { s_type, p_next, id, width, height, rgba8 }
         BgiMaterial { s_type, p_next, id, base_color, emission, has_base_color_texture, base_color_texture, transmittance, use_texture_alpha }
         BgiMesh { s_type, p_next, id, vertex_count, index_count, positions, uvs, indices }
+        BgiVertexData { data, buffer, offset, stride, format }
+        BgiIndexData { data, buffer, offset, index_type }
         BgiInstance { s_type, p_next, id, mesh, material, translation, linear }
         BgiMeshUpdate {
             s_type, p_next, removed_instances, removed_meshes, textures, materials, meshes, instances,
@@ -79,8 +81,8 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiResourceSize { name, bytes }
         BgiStats {
             s_type, p_next, frame_ms, cpu_ms, world_bytes, view_bytes, rays, frames, bricks, bricks_missing,
-            bricks_left_out, bricks_missing_in_view, bricks_voxelized, faces, faces_unreached,
-            pages, pass_count, resource_count, passes, resources,
+            bricks_left_out, bricks_missing_in_view, bricks_voxelized, faces, faces_unreached, pages, meshes_pending,
+            pass_count, resource_count, passes, resources,
         }
     }
     constants! { text: BGI_ABI_VERSION BGI_API_VERSION BGI_ERROR_INTERNAL BGI_STRUCTURE_TYPE_STATS BGI_MAX_COUNT }

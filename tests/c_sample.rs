@@ -4,6 +4,7 @@
 mod common;
 
 use brickgi::Settings;
+use brickgi::scene::{InstanceDesc, MeshUpdate};
 use brickgi_host::{Host, HostOptions, Image, Scene};
 use common::{installed, repository, run, scratch, shared_library};
 use std::fs;
@@ -42,28 +43,46 @@ fn read_pfm(path: &Path) -> (usize, usize, Vec<[f32; 3]>) {
     (width, height, rows)
 }
 
-/// What the Rust host makes of the same scene, camera, settings and number of frames.
-fn rust_image(camera: &str) -> Image {
+/// What the Rust host makes of the same scene, camera, settings and number of frames, the first of which see nothing.
+fn rust_image(camera: &str, empty_frames: u32) -> Image {
     let scene = Scene::load(repository().join("samples/scenes/cornell")).expect("the scene");
     let settings = Settings { voxel_size: 0.25, ..Settings::default() };
     let size = Some([160, 90]);
     let options = HostOptions { camera: Some(camera.into()), size, settings, ..HostOptions::new(scene) };
     let mut host = Host::new(options).expect("a host");
-    for _ in 0..8 {
+    let instances = host.scene().instances.clone();
+    let instances = (0..).zip(&instances).map(|(id, i)| InstanceDesc {
+        id,
+        mesh: i.mesh as u64,
+        material: i.material as u64,
+        linear: i.linear,
+        translation: i.translation,
+    });
+    let instances: Vec<_> = instances.collect();
+    let ids: Vec<u64> = instances.iter().map(|i| i.id).collect();
+    for frame in 0..8 {
+        let (removed, added) = match frame {
+            0 if empty_frames > 0 => (&ids[..], &[][..]),
+            _ if frame == empty_frames => (&[][..], &instances[..]),
+            _ => Default::default(),
+        };
+        let update = MeshUpdate { removed_instances: removed, instances: added, ..MeshUpdate::default() };
+        host.context_mut().update_meshes(&update).expect("a valid update");
         host.frame().expect("a frame");
     }
     host.read_indirect().expect("E_ind")
 }
 
+/// From buffers the meshes come as many frames later as are in flight.
 #[test]
 fn c_sample_renders_the_cornell_box_as_the_rust_host_does() {
     let folder = scratch("c_sample");
     let program = build(&folder, "cc");
-    for camera in ["a", "b"] {
+    for (camera, meshes, empty_frames) in [("a", None, 0), ("b", None, 0), ("a", Some("--mesh-buffers"), 2)] {
         let out = folder.join(camera);
         let mut command = Command::new(&program);
         command.args(["--validate", "--frames", "8", "--size", "160x90", "--voxel-size", "0.25"]);
-        run(command.args(["--camera", camera, "--out"]).arg(&out));
+        run(command.args(["--camera", camera]).args(meshes).arg("--out").arg(&out));
         let (width, height, pixels) = read_pfm(&out.with_extension("pfm"));
         assert_eq!((width, height, pixels.len()), (160, 90, 160 * 90));
         assert!(pixels.as_flattened().iter().all(|value| value.is_finite() && *value >= 0.0), "camera {camera}");
@@ -76,7 +95,8 @@ fn c_sample_renders_the_cornell_box_as_the_rust_host_does() {
         // Two rasterisers, two programs, one library: their G-buffers agree to the last bit (they differ by signs only,
         // which round alike), so the images must as well.
         let bits = |pixels: &[[f32; 3]]| pixels.as_flattened().iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-        assert!(bits(&pixels) == bits(&rust_image(camera).pixels), "camera {camera}: not the Rust host's image");
+        let same = bits(&pixels) == bits(&rust_image(camera, empty_frames).pixels);
+        assert!(same, "camera {camera} {meshes:?}: not the Rust host's image");
         let picture = fs::metadata(out.with_extension("ppm")).expect("the picture").len();
         assert_eq!(picture, "P6\n160 90\n255\n".len() as u64 + 160 * 90 * 3);
     }

@@ -64,10 +64,44 @@ fn bad_pointers_structs_and_counts_are_refused() {
         }),
         ("mesh: sType", STRUCTURE, "meshes[0]", |b| b.update_mesh(|mesh| mesh.s_type = 0)),
         ("mesh: pNext", STRUCTURE, "pnext", |b| b.update_mesh(|mesh| mesh.p_next = CHAIN)),
-        ("mesh: positions", ARGUMENT, "positions", |b| b.update_mesh(|mesh| mesh.positions = null())),
-        ("mesh: misaligned", ARGUMENT, "misaligned", |b| b.update_mesh(|mesh| mesh.positions = odd())),
-        ("mesh: vertex count", ARGUMENT, "positions", |b| b.update_mesh(|mesh| mesh.vertex_count = u32::MAX)),
-        ("mesh: indices", ARGUMENT, "indices", |b| b.update_mesh(|mesh| mesh.indices = null())),
+        ("mesh: positions", ARGUMENT, "meshes[0].positions.data is null", |b| {
+            b.update_mesh(|mesh| mesh.positions.data = null())
+        }),
+        ("mesh: misaligned", ARGUMENT, "meshes[0].positions is misaligned: 4 bytes", |b| {
+            b.update_mesh(|mesh| mesh.positions.data = odd())
+        }),
+        ("mesh: misaligned offset", ARGUMENT, "meshes[0].positions is misaligned: 4 bytes", |b| {
+            b.update_mesh(|mesh| mesh.positions.offset = 2)
+        }),
+        ("mesh: endless offset", ARGUMENT, "meshes[0].positions: 36 bytes from offset", |b| {
+            b.update_mesh(|mesh| mesh.positions.offset = u64::MAX)
+        }),
+        ("mesh: format", ARGUMENT, "meshes[0].positions.format: 0 is no bgi_vertex_format_*", |b| {
+            b.update_mesh(|mesh| mesh.positions.format = 0)
+        }),
+        ("mesh: a VkFormat", ARGUMENT, "meshes[0].uvs.format: 106 is no bgi_vertex_format_*", |b| {
+            b.update_mesh(|mesh| mesh.uvs = BgiVertexData { format: 106, ..mesh.positions })
+        }),
+        ("mesh: short stride", ARGUMENT, "meshes[0].positions.stride is 8; an element has 12 bytes", |b| {
+            b.update_mesh(|mesh| mesh.positions.stride = 8)
+        }),
+        ("mesh: uneven stride", ARGUMENT, "meshes[0].uvs.stride is 10; it must be a multiple of 4", |b| {
+            b.update_mesh(|mesh| mesh.uvs = BgiVertexData { stride: 10, ..mesh.positions })
+        }),
+        ("mesh: vertex count", ARGUMENT, "meshes[0].vertexcount is 4294967295; 1 to 67108864", |b| {
+            b.update_mesh(|mesh| mesh.vertex_count = u32::MAX)
+        }),
+        ("mesh: no vertices", ARGUMENT, "meshes[0].vertexcount is 0", |b| b.update_mesh(|mesh| mesh.vertex_count = 0)),
+        ("mesh: no indices", ARGUMENT, "meshes[0].indexcount is 0", |b| b.update_mesh(|mesh| mesh.index_count = 0)),
+        ("mesh: indices", ARGUMENT, "meshes[0].indices.data is null", |b| {
+            b.update_mesh(|mesh| mesh.indices.data = null())
+        }),
+        ("mesh: misaligned indices", ARGUMENT, "meshes[0].indices is misaligned: 4 bytes", |b| {
+            b.update_mesh(|mesh| mesh.indices.offset = 2)
+        }),
+        ("mesh: a VkIndexType", ARGUMENT, "meshes[0].indices.indextype: 1 is no bgi_index_type_*", |b| {
+            b.update_mesh(|mesh| mesh.indices.index_type = 1)
+        }),
         ("material: flag", ARGUMENT, "hasbasecolortexture", |b| b.update_material(|m| m.has_base_color_texture = 2)),
         ("texture: size", ARGUMENT, "textures[0]", |b| b.update_texture(|texture| texture.width = 1 << 20)),
         ("texture: texels", ARGUMENT, "rgba8", |b| b.update_texture(|texture| texture.rgba8 = null())),
@@ -93,8 +127,21 @@ fn bad_ranges_orders_and_ids_are_refused() {
     Bench::new().expect(&[
         ("create: frames", ARGUMENT, "frames", |b| b.create(|info| info.frames_in_flight = 0)),
         ("create: frames", ARGUMENT, "frames", |b| b.create(|info| info.frames_in_flight = 9)),
-        ("mesh: NaN", ARGUMENT, "mesh 1", |b| b.update_mesh(|mesh| mesh.positions = [f32::NAN; 9].as_ptr())),
-        ("mesh: index", ARGUMENT, "mesh 1", |b| b.update_mesh(|mesh| mesh.indices = [0, 1, 3].as_ptr())),
+        ("mesh: NaN", ARGUMENT, "mesh 1: a position is not finite", |b| {
+            b.update_mesh(|mesh| mesh.positions = floats(&[f32::NAN; 9]))
+        }),
+        ("mesh: infinite half", ARGUMENT, "mesh 1: a position is not finite", |b| {
+            b.update_mesh(|mesh| mesh.positions = halves(&[0x7c00; 9]))
+        }),
+        ("mesh: infinite uv", ARGUMENT, "mesh 1: a texture coordinate is not finite", |b| {
+            b.update_mesh(|mesh| mesh.uvs = floats(&[f32::INFINITY; 6]))
+        }),
+        ("mesh: index", ARGUMENT, "mesh 1: an index is out of range", |b| {
+            b.update_mesh(|mesh| mesh.indices = indices(&[0, 1, 3]))
+        }),
+        ("mesh: short index", ARGUMENT, "mesh 1: an index is out of range", |b| {
+            b.update_mesh(|mesh| mesh.indices = short_indices(&[0, 1, 3]))
+        }),
         ("mesh: not triangles", ARGUMENT, "mesh 1", |b| b.update_mesh(|mesh| mesh.index_count = 2)),
         ("instance: NaN", ARGUMENT, "instance", |b| b.update_instance(|i| i.linear[1][1] = f32::NAN)),
         ("instance: infinite", ARGUMENT, "instance", |b| b.update_instance(|i| i.translation[0] = f64::INFINITY)),
@@ -130,6 +177,60 @@ fn bad_ranges_orders_and_ids_are_refused() {
         ("dispatch: image", ARGUMENT, "depth", |b| b.dispatch(|info| info.depth = vk::ImageView::null())),
         ("dispatch: zero size", ARGUMENT, "width", |b| b.dispatch(|info| info.width = 0)),
         ("dispatch: over the view", ARGUMENT, "width", |b| b.dispatch(|info| info.width = 17)),
+    ]);
+}
+
+#[test]
+fn bad_buffers_of_meshes_are_refused() {
+    Bench::new().expect(&[
+        ("both", ARGUMENT, "meshes[0].positions: a mesh lies in host memory or in buffers", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.positions.data = bench::mesh().positions.data)
+        }),
+        ("mixed", ARGUMENT, "meshes[0].indices: a mesh lies in host memory or in buffers", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.indices = bench::mesh().indices)
+        }),
+        ("mixed the other way", ARGUMENT, "meshes[0].uvs: a mesh lies in host memory or in buffers", |b| {
+            b.update_buffer_mesh(|mesh, _| {
+                mesh.uvs = mesh.positions;
+                (mesh.positions, mesh.indices) = (bench::mesh().positions, bench::mesh().indices);
+            })
+        }),
+        ("no indices", ARGUMENT, "mesh 1: indices.buffer is vk_null_handle", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.indices.buffer = vk::Buffer::null())
+        }),
+        ("format", ARGUMENT, "meshes[0].positions.format: 97 is no bgi_vertex_format_*", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.positions.format = 97)
+        }),
+        ("index type", ARGUMENT, "meshes[0].indices.indextype: 0 is no bgi_index_type_*", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.indices.index_type = 0)
+        }),
+        ("stride", ARGUMENT, "mesh 1: positions.stride is 8; an element has 12 bytes", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.positions.stride = 8)
+        }),
+        ("offset", ARGUMENT, "mesh 1: positions.offset is 2; it must be a multiple of 4", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.positions.offset = 2)
+        }),
+        ("beyond the end", ARGUMENT, "mesh 1: indices: 12 bytes from offset 1048576 on; the buffer has ", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.indices.offset = 1 << 20)
+        }),
+        ("strides beyond the end", ARGUMENT, "mesh 1: uvs: 2097160 bytes from offset 0 on; the buffer has ", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.uvs = BgiVertexData { stride: 1 << 20, ..mesh.positions })
+        }),
+        ("endless offset", ARGUMENT, "mesh 1: positions: 36 bytes from offset 18446744073709551612 on", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.positions.offset = u64::MAX - 3)
+        }),
+        ("no vertices", ARGUMENT, "meshes[0].vertexcount is 0", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.vertex_count = 0)
+        }),
+        ("not triangles", ARGUMENT, "mesh 1: indices must be three per triangle", |b| {
+            b.update_buffer_mesh(|mesh, _| mesh.index_count = 2)
+        }),
+        ("twice", ARGUMENT, "mesh 1 is given twice, in host memory and in buffers", |b| {
+            b.update_buffer_mesh(|_, other| *other = bench::mesh())
+        }),
+        ("removed before it is there", BGI_ERROR_UNKNOWN_ID, "mesh 1", |b| {
+            b.update(|update| (update.removed_meshes, update.removed_mesh_count) = (&1, 1))
+        }),
     ]);
 }
 

@@ -1,9 +1,11 @@
 /* The Cornell box, lit by brickgi, from C.
 
-   cornell [--camera a|b] [--frames N] [--size WxH] [--voxel-size METRES] [--out PREFIX] [--validate]
+   cornell [--camera a|b] [--frames N] [--size WxH] [--voxel-size METRES] [--out PREFIX] [--mesh-buffers]
+           [--validate]
 
-Writes the indirect irradiance E_ind after the last frame to PREFIX.pfm (as it is) and PREFIX.ppm (tone-mapped). Ends with
-0 only where everything worked and, with --validate, the validation layer had nothing to say.
+With --mesh-buffers the library reads the meshes from VkBuffers instead of host memory. Writes the indirect irradiance
+E_ind after the last frame to PREFIX.pfm (as it is) and PREFIX.ppm (tone-mapped). Ends with 0 only where everything worked
+and, with --validate, the validation layer had nothing to say.
 
 The host's side (Vulkan, G-buffer, files) lies in host.c, gbuffer.c and picture.c; everything that an engine would add
 for the library stands between the two lines of equals signs. */
@@ -24,7 +26,7 @@ typedef struct Options {
     uint32_t frames, width, height;
     float voxel_size; /* metres; 0: the library's default */
     const char *out;
-    bool validate;
+    bool mesh_buffers, validate;
 } Options;
 
 /* ================================================================================================================= */
@@ -81,8 +83,9 @@ static void gi_create(Gi *gi, const Host *host, const Options *options) {
     check(gi->context, bgiCreateView(gi->context, &view, &gi->view), "bgiCreateView");
 }
 
-/* One mesh, material and instance for each part of the box; the lamp is a material that emits. */
-static void gi_set_scene(const Gi *gi) {
+/* One mesh, material and instance for each part of the box; the lamp is a material that emits. The meshes lie in host
+   memory or, where there are buffers, in these. */
+static void gi_set_scene(const Gi *gi, const Buffer *vertices, const Buffer *indices) {
     BgiMaterial materials[CORNELL_PARTS];
     BgiMesh meshes[CORNELL_PARTS];
     BgiInstance instances[CORNELL_PARTS];
@@ -96,9 +99,16 @@ static void gi_set_scene(const Gi *gi) {
             .id = i,
             .vertexCount = part->vertex_count,
             .indexCount = part->index_count,
-            .positions = cornell_positions[part->first_vertex],
-            .indices = &cornell_indices[part->first_index],
+            .positions = {.data = cornell_positions[part->first_vertex], .format = BGI_VERTEX_FORMAT_FLOAT32},
+            .indices = {.data = &cornell_indices[part->first_index], .indexType = BGI_INDEX_TYPE_UINT32},
         };
+        if (vertices->buffer != VK_NULL_HANDLE) {
+            meshes[i].positions.data = meshes[i].indices.data = NULL;
+            meshes[i].positions.buffer = vertices->buffer;
+            meshes[i].positions.offset = part->first_vertex * sizeof cornell_positions[0];
+            meshes[i].indices.buffer = indices->buffer;
+            meshes[i].indices.offset = part->first_index * sizeof cornell_indices[0];
+        }
         instances[i] = (BgiInstance){
             .sType = BGI_STRUCTURE_TYPE_INSTANCE,
             .id = i,
@@ -150,6 +160,7 @@ static void print_stats(const Gi *gi) {
     BgiPassTime passes[32];
     BgiStats stats = {.sType = BGI_STRUCTURE_TYPE_STATS, .passCount = 32, .passes = passes};
     check(gi->context, bgiGetStats(gi->context, &stats), "bgiGetStats");
+    if (stats.meshesPending > 0) printf("%u meshes are not read yet\n", (unsigned)stats.meshesPending);
     printf("frame %.3f ms, CPU %.3f ms; world %.2f MiB, views %.2f MiB; bricks %u, faces %u\n", stats.frameMs,
            stats.cpuMs, (double)stats.worldBytes / 1048576.0, (double)stats.viewBytes / 1048576.0,
            (unsigned)stats.bricks, (unsigned)stats.faces);
@@ -236,11 +247,15 @@ static void render(const Gi *gi, const Host *host, const Options *options, const
 }
 
 static Options parse(int count, char **arguments) {
-    Options options = {&cornell_cameras[0], 64, 320, 180, 0.0f, "cornell", false};
+    Options options = {&cornell_cameras[0], 64, 320, 180, 0.0f, "cornell", false, false};
     for (int i = 1; i < count; i++) {
         const char *name = arguments[i];
         if (strcmp(name, "--validate") == 0) {
             options.validate = true;
+            continue;
+        }
+        if (strcmp(name, "--mesh-buffers") == 0) {
+            options.mesh_buffers = true;
             continue;
         }
         const char *value = ++i < count ? arguments[i] : "";
@@ -268,7 +283,7 @@ static Options parse(int count, char **arguments) {
         }
         if (!good)
             fail("usage: cornell [--camera a|b] [--frames N] [--size WxH] [--voxel-size METRES] [--out PREFIX] "
-                 "[--validate]");
+                 "[--mesh-buffers] [--validate]");
     }
     return options;
 }
@@ -288,14 +303,22 @@ int main(int count, char **arguments) {
     Buffer pixels = host_buffer(&host, VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                 (VkDeviceSize)options.width * options.height * 4 * sizeof(float));
 
+    Buffer vertices = {VK_NULL_HANDLE, VK_NULL_HANDLE, NULL}, indices = vertices;
+    if (options.mesh_buffers) {
+        vertices = host_upload(&host, cornell_positions, sizeof cornell_positions);
+        indices = host_upload(&host, cornell_indices, sizeof cornell_indices);
+    }
+
     gi_create(&gi, &host, &options);
-    gi_set_scene(&gi);
+    gi_set_scene(&gi, &vertices, &indices);
     render(&gi, &host, &options, &gbuffer, &output, &pixels);
     print_stats(&gi);
     check(gi.context, bgiDestroyContext(gi.context), "bgiDestroyContext");
 
     write_pfm(options.out, pixels.data, options.width, options.height);
     write_ppm(options.out, pixels.data, options.width, options.height);
+    host_free_buffer(&host, &indices);
+    host_free_buffer(&host, &vertices);
     host_free_buffer(&host, &pixels);
     host_free_image(&host, &output);
     gbuffer_destroy(&gbuffer, &host);

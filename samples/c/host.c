@@ -186,16 +186,53 @@ void host_free_image(const Host *host, Image *image) {
     vkFreeMemory(host->device, image->memory, NULL);
 }
 
-Buffer host_buffer(const Host *host, VkBufferUsageFlags usage, VkDeviceSize size) {
-    Buffer buffer;
+static Buffer make_buffer(const Host *host, VkBufferUsageFlags usage, VkDeviceSize size,
+                          VkMemoryPropertyFlags properties) {
+    Buffer buffer = {VK_NULL_HANDLE, VK_NULL_HANDLE, NULL};
     const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size, .usage = usage};
     require(vkCreateBuffer(host->device, &info, NULL, &buffer.buffer), "vkCreateBuffer");
     VkMemoryRequirements needs;
     vkGetBufferMemoryRequirements(host->device, buffer.buffer, &needs);
-    buffer.memory =
-        allocate(host, needs, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+    buffer.memory = allocate(host, needs, properties);
     require(vkBindBufferMemory(host->device, buffer.buffer, buffer.memory, 0), "vkBindBufferMemory");
+    return buffer;
+}
+
+Buffer host_buffer(const Host *host, VkBufferUsageFlags usage, VkDeviceSize size) {
+    const VkMemoryPropertyFlags mappable = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    Buffer buffer = make_buffer(host, usage, size, mappable);
     require(vkMapMemory(host->device, buffer.memory, 0, size, 0, &buffer.data), "vkMapMemory");
+    return buffer;
+}
+
+Buffer host_upload(const Host *host, const void *bytes, VkDeviceSize size) {
+    const VkBufferUsageFlags both = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    Buffer buffer = make_buffer(host, both, size, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+    Buffer staging = host_buffer(host, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, size);
+    memcpy(staging.data, bytes, (size_t)size);
+    VkCommandBuffer commands;
+    const VkCommandBufferAllocateInfo allocate_info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, .commandPool = host->pool, .commandBufferCount = 1};
+    require(vkAllocateCommandBuffers(host->device, &allocate_info, &commands), "vkAllocateCommandBuffers");
+    const VkCommandBufferBeginInfo begin = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO, .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
+    require(vkBeginCommandBuffer(commands, &begin), "vkBeginCommandBuffer");
+    const VkBufferCopy region = {0, 0, size};
+    vkCmdCopyBuffer(commands, staging.buffer, buffer.buffer, 1, &region);
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
+        .dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT,
+    };
+    vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 1, &barrier, 0, NULL,
+                         0, NULL);
+    require(vkEndCommandBuffer(commands), "vkEndCommandBuffer");
+    const VkSubmitInfo submit = {
+        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &commands};
+    require(vkQueueSubmit(host->queue, 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit");
+    require(vkQueueWaitIdle(host->queue), "vkQueueWaitIdle");
+    vkFreeCommandBuffers(host->device, host->pool, 1, &commands);
+    host_free_buffer(host, &staging);
     return buffer;
 }
 

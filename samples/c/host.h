@@ -23,7 +23,7 @@ typedef struct Image {
     VkImageView view;
 } Image;
 
-/* Host-visible and coherent; mapped for its whole life. */
+/* Mapped for its whole life, or, where `data` is NULL, out of the host's reach. */
 typedef struct Buffer {
     VkBuffer buffer;
     VkDeviceMemory memory;
@@ -43,7 +43,10 @@ void host_close(Host *host);
 Image host_image(const Host *host, VkFormat format, VkImageUsageFlags usage, VkImageAspectFlags aspect, uint32_t width,
                  uint32_t height);
 void host_free_image(const Host *host, Image *image);
+/* Host-visible and coherent. */
 Buffer host_buffer(const Host *host, VkBufferUsageFlags usage, VkDeviceSize size);
+/* Device-local, filled with the given bytes and ready to be copied from; not mapped. */
+Buffer host_upload(const Host *host, const void *bytes, VkDeviceSize size);
 void host_free_buffer(const Host *host, Buffer *buffer);
 
 #endif

@@ -47,10 +47,11 @@ pub struct BgiDispatchInfo {
 
 structure_types! { BgiDispatchInfo = BGI_STRUCTURE_TYPE_DISPATCH_INFO }
 
-/// Records one view's frame into the host's command buffer: queued bricks, lighting, probes, resolve. Compute only;
-/// valid in secondary command buffers; no queue is touched and nothing is waited for. Clobbered and not restored: the
-/// compute pipeline, compute descriptor sets and push constants. Barriers for the library's own buffers are its own.
-/// The handles in `info` must stay valid until the GPU has finished with the command buffer.
+/// Records one view's frame into the host's command buffer: copies of pending meshes, queued bricks, lighting, probes,
+/// resolve. Compute and copies only; valid in secondary command buffers; no queue is touched and nothing is waited for.
+/// Clobbered and not restored: the compute pipeline, compute descriptor sets and push constants. Barriers for the library's
+/// own buffers are its own. The handles in `info` and the buffers of pending meshes must stay valid until the GPU has
+/// finished with the command buffer.
 ///
 /// @return BGI_SUCCESS; BGI_WARNING_WORLD_INCOMPLETE, after all its work, where bricks are left out for lack of memory
 /// (the log says so once, when it begins); BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,

@@ -104,6 +104,31 @@ pub(super) unsafe fn memory<'a, T>(pointer: *const T, len: usize, field: &str) -
     Ok(unsafe { std::slice::from_raw_parts(pointer, len) })
 }
 
+/// Reads `len` bytes from `offset` bytes behind `pointer` on, where what needs so much alignment begins.
+///
+/// # Safety
+/// `pointer` is NULL, or leads to `offset + len` readable bytes, unchanged for 'a.
+pub(super) unsafe fn bytes<'a>(
+    pointer: *const c_void,
+    offset: u64,
+    len: u64,
+    alignment: u32,
+    field: &str,
+) -> Result<&'a [u8], Failure> {
+    check_address(pointer.cast::<u8>(), &format!("{field}.data"))?;
+    let end = offset.checked_add(len).and_then(|end| isize::try_from(end).ok());
+    if end.is_none_or(|end| pointer.addr().checked_add(end as usize).is_none()) {
+        let text = format!("{field}: {len} bytes from offset {offset} on are more than the address space holds");
+        return Err(Failure::argument(text));
+    }
+    let first = pointer.cast::<u8>().wrapping_add(offset as usize);
+    if !first.addr().is_multiple_of(alignment as usize) {
+        return Err(Failure::argument(format!("{field} is misaligned: {alignment} bytes are needed")));
+    }
+    // SAFETY: not NULL, no larger than isize::MAX (just checked); readable by the caller's promise.
+    Ok(unsafe { std::slice::from_raw_parts(first, len as usize) })
+}
+
 /// The count/array pattern of an output: with a NULL pointer `count` becomes how many there are, else as many as fit are
 /// written and `count` becomes how many were. False where some did not fit.
 ///

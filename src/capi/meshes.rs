@@ -1,9 +1,12 @@
 //! What the world is made of.
 
+use super::geometry::{BgiIndexData, BgiVertexData};
 use super::guard::{Failure, guard_context};
 use super::input::{self, structure_types};
 use super::types::*;
-use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, TextureDesc};
+use super::vk::VkBuffer;
+use crate::scene::{BufferMeshDesc, InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, TextureDesc};
+use std::borrow::Cow;
 use std::ffi::c_void;
 
 /// An 8-bit sRGB colour texture.
@@ -48,7 +51,18 @@ pub struct BgiMaterial {
     pub use_texture_alpha: u32,
 }
 
-/// A triangle mesh.
+/// A triangle mesh, all of it in host memory or all of it in buffers.
+///
+/// Host memory is copied before the call returns. Buffers are read by the following bgiDispatch calls: these record copies
+/// out of them, in the order in which the meshes were handed over and up to 4.5 MiB a call, less where memoryBudget is used
+/// up; a large mesh takes several. The call that comes framesInFlight after the last of them makes the mesh. Until then it is
+/// pending (BgiStats.meshesPending): its instances are not there yet, or have the mesh of this id that was there before. If
+/// a number is not finite then, or an index not below vertexCount, the mesh counts as empty and the log has a warning.
+///
+/// While a mesh is pending its buffers do not change, and whenever such a command buffer executes, what they hold is
+/// complete, visible to VK_PIPELINE_STAGE_TRANSFER_BIT with VK_ACCESS_TRANSFER_READ_BIT, and owned by the queue's family.
+/// Removing or replacing a mesh ends its being pending; its buffers may go once the GPU has finished with the command
+/// buffers that were recorded before.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BgiMesh {
@@ -58,16 +72,16 @@ pub struct BgiMesh {
     pub p_next: *const c_void,
     /// Chosen by the host; a mesh that has it already is replaced, in all its instances.
     pub id: u64,
-    /// Positions, 1 to BGI_MAX_COUNT.
+    /// Vertices, 1 to BGI_MAX_COUNT.
     pub vertex_count: u32,
     /// Three per triangle, 3 to BGI_MAX_COUNT.
     pub index_count: u32,
-    /// vertexCount times x, y, z in object space, metres, finite. Copied.
-    pub positions: *const f32,
-    /// Optional: vertexCount times u, v. (0, 0) is the corner of the texture's first texel; repeats. Copied.
-    pub uvs: *const f32,
-    /// indexCount indices, each below vertexCount; counter-clockwise seen from the front. Copied.
-    pub indices: *const u32,
+    /// x, y, z in object space, metres, finite.
+    pub positions: BgiVertexData,
+    /// Optional (neither data nor buffer): u, v, finite. (0, 0) is the corner of the texture's first texel; repeats.
+    pub uvs: BgiVertexData,
+    /// Each below vertexCount; triangles are counter-clockwise seen from the front.
+    pub indices: BgiIndexData,
 }
 
 /// A mesh placed in the world.
@@ -91,7 +105,7 @@ pub struct BgiInstance {
 }
 
 /// A batch of changes, applied in the order of the fields. Each array is optional: count 0. Ids are the host's own
-/// numbers, each kind with its own. Everything is copied before the call returns.
+/// numbers, each kind with its own. All host memory is copied before the call returns.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BgiMeshUpdate {
@@ -173,18 +187,77 @@ impl BgiMaterial {
     }
 }
 
+/// A mesh in host memory, read.
+struct HostMesh<'a> {
+    id: u64,
+    positions: Cow<'a, [[f32; 3]]>,
+    uvs: Cow<'a, [[f32; 2]]>,
+    indices: Cow<'a, [u32]>,
+}
+
+impl HostMesh<'_> {
+    fn desc(&self) -> MeshDesc<'_> {
+        MeshDesc { id: self.id, positions: &self.positions, uvs: &self.uvs, indices: &self.indices }
+    }
+}
+
 impl BgiMesh {
+    fn is_in_buffers(&self) -> bool {
+        self.positions.buffer != VkBuffer::null()
+    }
+
+    /// What decides how the rest is read.
+    fn check(&self, field: impl Fn(&str) -> String) -> Result<(), Failure> {
+        for (name, count) in [("vertexCount", self.vertex_count), ("indexCount", self.index_count)] {
+            if !(1..=BGI_MAX_COUNT).contains(&count) {
+                return Err(Failure::argument(format!("{} is {count}; 1 to {BGI_MAX_COUNT} are allowed", field(name))));
+            }
+        }
+        let sources = [
+            ("positions", self.positions.data, self.positions.buffer),
+            ("uvs", self.uvs.data, self.uvs.buffer),
+            ("indices", self.indices.data, self.indices.buffer),
+        ];
+        for (name, data, buffer) in sources {
+            let both = if self.is_in_buffers() { !data.is_null() } else { buffer != VkBuffer::null() };
+            if both {
+                let text = "a mesh lies in host memory or in buffers, not in both";
+                return Err(Failure::argument(format!("{}: {text}", field(name))));
+            }
+        }
+        Ok(())
+    }
+
     /// # Safety
     /// The arrays are readable and as long as the header says.
-    unsafe fn desc<'a>(&self, index: usize) -> Result<MeshDesc<'a>, Failure> {
+    unsafe fn in_host_memory<'a>(&self, index: usize) -> Result<HostMesh<'a>, Failure> {
         let field = |name: &str| format!("meshes[{index}].{name}");
-        // SAFETY: the caller's promise; any bits are a valid f32 or u32.
+        self.check(field)?;
+        // SAFETY: the caller's promise.
         unsafe {
-            let positions = input::slice(self.positions.cast(), self.vertex_count, &field("positions"))?;
-            let uv_count = if self.uvs.is_null() { 0 } else { self.vertex_count };
-            let uvs = input::slice(self.uvs.cast(), uv_count, &field("uvs"))?;
-            let indices = input::slice(self.indices, self.index_count, &field("indices"))?;
-            Ok(MeshDesc { id: self.id, positions, uvs, indices })
+            let positions = self.positions.read(self.vertex_count, &field("positions"))?;
+            let uvs = if self.uvs.data.is_null() {
+                Cow::default()
+            } else {
+                self.uvs.read(self.vertex_count, &field("uvs"))?
+            };
+            let indices = self.indices.read(self.index_count, &field("indices"))?;
+            Ok(HostMesh { id: self.id, positions, uvs, indices })
+        }
+    }
+
+    /// # Safety
+    /// The buffers are as the header says.
+    unsafe fn in_buffers(&self, index: usize) -> Result<BufferMeshDesc, Failure> {
+        let field = |name: &str| format!("meshes[{index}].{name}");
+        self.check(field)?;
+        let Self { id, vertex_count, index_count, .. } = *self;
+        // SAFETY: the caller's promise.
+        unsafe {
+            let positions = self.positions.in_buffer(&field("positions"))?;
+            let uvs = if self.uvs.buffer == VkBuffer::null() { None } else { Some(self.uvs.in_buffer(&field("uvs"))?) };
+            let indices = self.indices.in_buffer(&field("indices"))?;
+            Ok(BufferMeshDesc { id, vertex_count, index_count, positions, uvs, indices })
         }
     }
 }
@@ -218,7 +291,15 @@ pub unsafe extern "C" fn bgiUpdateMeshes(context: BgiContext, update: *const Bgi
             let instances = input::structures(update.instances, update.instance_count, "instances")?;
             let textures = describe(textures, |texture, index| texture.desc(index))?;
             let materials = describe(materials, BgiMaterial::desc)?;
-            let meshes = describe(meshes, |mesh, index| mesh.desc(index))?;
+            let (mut host_meshes, mut buffer_meshes) = (Vec::new(), Vec::new());
+            for (index, mesh) in meshes.iter().enumerate() {
+                if mesh.is_in_buffers() {
+                    buffer_meshes.push(mesh.in_buffers(index)?);
+                } else {
+                    host_meshes.push(mesh.in_host_memory(index)?);
+                }
+            }
+            let meshes = host_meshes.iter().map(HostMesh::desc).collect::<Vec<_>>();
             let instances = instances.iter().map(BgiInstance::desc).collect::<Vec<_>>();
             state.context.update_meshes(&MeshUpdate {
                 removed_instances: input::slice(
@@ -230,6 +311,7 @@ pub unsafe extern "C" fn bgiUpdateMeshes(context: BgiContext, update: *const Bgi
                 textures: &textures,
                 materials: &materials,
                 meshes: &meshes,
+                buffer_meshes: &buffer_meshes,
                 instances: &instances,
             })?;
         }

@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | `types` | result codes, structure types, handles, limits |
 //! | `vk` | Vulkan's own names for Vulkan's types |
-//! | `version`, `device`, `settings`, `context`, `meshes`, `lights`, `view`, `dispatch`, `stats`, `errors` | one call or family each, with the structs it reads |
+//! | `version`, `device`, `settings`, `context`, `geometry`, `meshes`, `lights`, `view`, `dispatch`, `stats`, `errors` | one call or family each, with the structs it reads |
 //! | `input` | the only place where a caller's pointer becomes a reference |
 //! | `handles` | the registry of live contexts: a handle is a token and is never dereferenced |
 //! | `guard` | panics stop here; failures become codes, texts and log lines |
@@ -16,6 +16,7 @@ mod context;
 mod device;
 mod dispatch;
 mod errors;
+mod geometry;
 mod guard;
 mod handles;
 mod input;
@@ -32,6 +33,7 @@ pub use context::*;
 pub use device::*;
 pub use dispatch::*;
 pub use errors::*;
+pub use geometry::*;
 pub use lights::*;
 pub use meshes::*;
 pub use settings::*;

@@ -63,6 +63,9 @@ pub struct BgiStats {
     pub faces_unreached: u32,
     /// Out: allocation units of 32 bytes in use by bricks.
     pub pages: u32,
+    /// Out: meshes in buffers that have not been read to the end yet: those handed over last. All is loaded where this and
+    /// the missing bricks that are not left out are 0.
+    pub meshes_pending: u32,
     /// In: elements at `passes`. Out: elements written, or available where `passes` is NULL.
     pub pass_count: u32,
     /// In: elements at `resources`. Out: elements written, or available where `resources` is NULL.
@@ -111,6 +114,7 @@ pub unsafe extern "C" fn bgiGetStats(context: BgiContext, stats: *mut BgiStats) 
             faces: stats.faces,
             faces_unreached: stats.faces_unreached,
             pages: stats.pages,
+            meshes_pending: stats.meshes_pending,
             ..*out
         };
         Ok(if complete { BGI_SUCCESS } else { BGI_INCOMPLETE })

@@ -6,6 +6,7 @@ use ash::vk;
 pub type VkInstance = vk::Instance;
 pub type VkPhysicalDevice = vk::PhysicalDevice;
 pub type VkDevice = vk::Device;
+pub type VkBuffer = vk::Buffer;
 pub type VkCommandBuffer = vk::CommandBuffer;
 pub type VkImageView = vk::ImageView;
 pub type VkFormat = vk::Format;

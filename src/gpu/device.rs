@@ -67,4 +67,9 @@ impl Device {
         let raw = unsafe { ash::Device::load(instance.fp_v1_0(), handles.device) };
         Ok(Self { raw, memory, limits: properties.limits, timestamp_bits })
     }
+    /// Bytes that one of the host's buffers has at most: those that it needs of memory.
+    pub fn buffer_bytes(&self, buffer: vk::Buffer) -> u64 {
+        // SAFETY: the host vouches for its buffers.
+        unsafe { self.raw.get_buffer_memory_requirements(buffer) }.size
+    }
 }

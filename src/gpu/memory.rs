@@ -78,6 +78,13 @@ impl Buffer {
         unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), self.mapped, bytes.len()) };
     }
 
+    /// What a readback buffer holds.
+    pub fn bytes(&self) -> &[u8] {
+        assert!(!self.mapped.is_null(), "a readback buffer");
+        // SAFETY: mapped, coherent, and so large; the GPU has finished with this slot.
+        unsafe { std::slice::from_raw_parts(self.mapped, self.size as usize) }
+    }
+
     /// The first `count` values of a readback buffer.
     pub fn read<T: bytemuck::Pod>(&self, count: usize) -> Vec<T> {
         self.iter(count).collect()
@@ -85,12 +92,7 @@ impl Buffer {
 
     /// The first `count` values of a readback buffer, one by one.
     pub fn iter<T: bytemuck::Pod>(&self, count: usize) -> impl Iterator<Item = T> {
-        assert!(
-            !self.mapped.is_null() && (count * size_of::<T>()) as u64 <= self.size,
-            "a readback buffer, large enough"
-        );
-        // SAFETY: mapped, coherent, and as large as just checked; the GPU has finished with this slot.
-        let bytes = unsafe { std::slice::from_raw_parts(self.mapped, count * size_of::<T>()) };
+        let bytes = &self.bytes()[..count * size_of::<T>()];
         bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned)
     }
 

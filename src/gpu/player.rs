@@ -41,11 +41,12 @@ impl Bound {
     }
 }
 
-/// A buffer that another one has replaced, and what is kept of it.
-pub struct Replaced {
-    pub old: vk::Buffer,
-    pub new: vk::Buffer,
-    pub kept: Vec<vk::BufferCopy>,
+/// What is copied from one buffer into another. The regions lie in both, and no two meet, of other copies of the same name
+/// neither.
+pub struct Copies {
+    pub from: vk::Buffer,
+    pub to: vk::Buffer,
+    pub regions: Vec<vk::BufferCopy>,
 }
 
 /// A pass's pipeline, and its descriptors in a slot's frame.
@@ -156,8 +157,8 @@ pub struct Target<'a> {
 pub struct Player {
     /// What the passes' names stand for in the frame to be played.
     pub bound: FxHashMap<&'static str, Bound>,
-    /// Buffers that others have replaced since the last frame.
-    pub replaced: FxHashMap<&'static str, Replaced>,
+    /// What its copies by name stand for.
+    pub copies: FxHashMap<&'static str, Vec<Copies>>,
     written: Vec<u64>,
     read: Vec<u64>,
     /// Nothing has been recorded yet: earlier frames may have written anything.
@@ -186,7 +187,7 @@ impl Player {
                     // SAFETY: recording; the range is the buffer's.
                     unsafe { to.device.raw.cmd_fill_buffer(to.commands, buffer, offset, size, 0) };
                 }
-                Command::Move(name) => self.carry_over(to, name),
+                Command::Copy(name) => self.copy(to, name),
                 Command::Dispatch { pass, groups, push } => {
                     self.dispatch(to, pass, groups, push.bytes(), slot)?;
                     slot.timing.mark(to.device, to.commands, pass);
@@ -196,7 +197,7 @@ impl Player {
         slot.timing.end(to.device, to.commands);
         finish(to);
         self.bound.clear();
-        self.replaced.clear();
+        self.copies.clear();
         Ok(())
     }
 
@@ -204,14 +205,14 @@ impl Player {
         self.bound.get(name).copied().ok_or_else(|| Error::invalid(format!("no resource is bound to `{name}`")))
     }
 
-    fn carry_over(&mut self, to: Target, name: &str) {
-        let Some(Replaced { old, new, kept }) = self.replaced.remove(name) else { return };
-        if kept.is_empty() {
-            return;
+    fn copy(&mut self, target: Target, name: &str) {
+        let copies = self.copies.remove(name).unwrap_or_default();
+        let keys = |of: fn(&Copies) -> vk::Buffer| copies.iter().map(|c| buffer_key(of(c))).collect::<Vec<_>>();
+        self.synchronise(target, &keys(|c| c.from), &keys(|c| c.to), None);
+        for Copies { from, to, regions } in copies {
+            // SAFETY: recording; every region lies in both buffers, and no two of them meet.
+            unsafe { target.device.raw.cmd_copy_buffer(target.commands, from, to, &regions) };
         }
-        self.synchronise(to, &[buffer_key(old)], &[buffer_key(new)], None);
-        // SAFETY: recording; every region lies in both buffers, and no two of them meet.
-        unsafe { to.device.raw.cmd_copy_buffer(to.commands, old, new, &kept) };
     }
 
     fn dispatch(

@@ -1,12 +1,16 @@
 //! What the host said: meshes, instances, materials, textures, lights, sky and cameras.
 //!
-//! Ids are chosen by the host; adding an id that exists replaces it. Every slice is copied before the call returns.
+//! Ids are chosen by the host; adding an id that exists replaces it. Every slice is copied before the call returns; meshes
+//! may lie in the host's buffers instead.
 
 mod camera;
+mod geometry;
 mod sheets;
 mod store;
 
 pub use camera::Camera;
+pub(crate) use geometry::Array;
+pub use geometry::{BufferAddress, BufferMeshDesc, IndexBuffer, IndexType, VertexBuffer, VertexFormat};
 pub(crate) use store::{Instance, Mesh, Scene};
 
 /// A triangle mesh of one material set.
@@ -81,6 +85,8 @@ pub struct MeshUpdate<'a> {
     pub materials: &'a [MaterialDesc],
     /// Meshes to add or replace.
     pub meshes: &'a [MeshDesc<'a>],
+    /// Meshes to add or replace that lie in the host's buffers; other ids than those of `meshes`.
+    pub buffer_meshes: &'a [BufferMeshDesc],
     /// Instances to add, move or change.
     pub instances: &'a [InstanceDesc],
 }

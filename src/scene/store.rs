@@ -122,9 +122,16 @@ impl Scene {
             }
         }
         update.meshes.iter().try_for_each(check_mesh)?;
+        for m in update.buffer_meshes {
+            m.arrays()?;
+            if given.meshes.contains(&m.id) {
+                return Err(Error::invalid(format!("mesh {} is given twice, in host memory and in buffers", m.id)));
+            }
+        }
         for i in update.instances {
             let mesh = self.meshes.contains_key(&i.mesh) && !given.removed_meshes.contains(&i.mesh)
-                || given.meshes.contains(&i.mesh);
+                || given.meshes.contains(&i.mesh)
+                || given.buffer_meshes.contains(&i.mesh);
             mesh.then_some(()).ok_or_else(|| Error::UnknownId(format!("mesh {} of instance {}", i.mesh, i.id)))?;
             let material = self.materials.contains_key(&i.material) || given.materials.contains(&i.material);
             material
@@ -172,6 +179,10 @@ impl Scene {
             let uvs = m.uvs.iter().map(|p| Vec2::from(*p)).collect();
             self.meshes.insert(m.id, Mesh { positions, uvs, triangles, two_sided });
         }
+        // Nothing until it has been read; what was there before stays so long.
+        for m in update.buffer_meshes {
+            self.meshes.entry(m.id).or_default();
+        }
         for i in update.instances {
             let column = |k: usize| Vec3::from(i.linear[k]).as_dvec3();
             let instance = Instance {
@@ -205,6 +216,7 @@ struct Given {
     textures: FxHashSet<u64>,
     materials: FxHashSet<u64>,
     meshes: FxHashSet<u64>,
+    buffer_meshes: FxHashSet<u64>,
 }
 
 impl Given {
@@ -214,6 +226,7 @@ impl Given {
             textures: update.textures.iter().map(|t| t.id).collect(),
             materials: update.materials.iter().map(|m| m.id).collect(),
             meshes: update.meshes.iter().map(|m| m.id).collect(),
+            buffer_meshes: update.buffer_meshes.iter().map(|m| m.id).collect(),
         }
     }
 

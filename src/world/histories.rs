@@ -2,8 +2,11 @@
 
 use super::*;
 use crate::bricks::BrickWindow;
-use crate::gpu::{Bound, Buffer, Location, Player, Replaced};
-use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate};
+use crate::gpu::{Bound, Buffer, Copies, Location, Player};
+use crate::scene::{
+    BufferAddress, BufferMeshDesc, IndexBuffer, IndexType, InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate,
+    VertexBuffer, VertexFormat,
+};
 use crate::twin::gpu::Gpu;
 use crate::twin::layout::{Brick, decode};
 use crate::twin::random::Random;
@@ -66,6 +69,7 @@ fn instance(id: u64, random: &mut Random) -> InstanceDesc {
 /// Applies a batch, as `Context::update_meshes` does.
 fn update(world: &mut World, scene: &mut Scene, update: &MeshUpdate) {
     scene.check(update).expect("a valid update");
+    world.readback.update(update).expect("a valid update");
     let changed = scene.apply(update);
     world.instances_changed(&changed, scene);
 }
@@ -179,14 +183,28 @@ impl Live {
         assert_eq!(self.world.table.missing(), 0);
     }
 
-    fn read(&mut self, name: &str) -> Vec<u32> {
-        let mut player = self.bind(0);
-        let Bound::Buffer(old, _, size) = player.bound[name] else { panic!("{name} is a buffer") };
-        let mut new = Buffer::new(&self.gpu.device, size, Location::Readback).expect("a buffer");
-        let kept = vec![vk::BufferCopy { src_offset: 0, dst_offset: 0, size }];
-        player.replaced.insert("copy", Replaced { old, new: new.raw, kept });
-        let frame = Frame { commands: vec![Command::Move("copy")], ..Frame::default() };
+    /// A buffer of the GPU's own memory that holds these bytes.
+    fn buffer(&mut self, bytes: &[u8]) -> Buffer {
+        let [mut staging, buffer] = [Location::Upload, Location::Device]
+            .map(|location| Buffer::new(&self.gpu.device, bytes.len() as u64, location).expect("a buffer"));
+        staging.write(bytes);
+        self.copy(staging.raw, buffer.raw, staging.size);
+        staging.destroy(&self.gpu.device);
+        buffer
+    }
+
+    fn copy(&mut self, from: vk::Buffer, to: vk::Buffer, size: u64) {
+        let regions = vec![vk::BufferCopy { src_offset: 0, dst_offset: 0, size }];
+        let mut player = Player::default();
+        player.copies.insert("copy", vec![Copies { from, to, regions }]);
+        let frame = Frame { commands: vec![Command::Copy("copy")], ..Frame::default() };
         self.gpu.play(&frame, player, &mut self.slots[0]);
+    }
+
+    fn read(&mut self, name: &str) -> Vec<u32> {
+        let Bound::Buffer(from, _, size) = self.bind(0).bound[name] else { panic!("{name} is a buffer") };
+        let mut new = Buffer::new(&self.gpu.device, size, Location::Readback).expect("a buffer");
+        self.copy(from, new.raw, size);
         let words = new.read((size / 4) as usize);
         new.destroy(&self.gpu.device);
         words
@@ -242,4 +260,49 @@ fn after_any_history_the_gpu_holds_what_the_scene_makes_at_once() {
     assert!(old.keys().eq(new.keys()), "the same bricks");
     let differ = old.iter().filter(|(position, brick)| new[*position] != **brick).count();
     assert_eq!(differ, 0, "of {} bricks", old.len());
+}
+
+/// Halves with something between them and 16-bit indices, in the GPU's own memory; each mesh takes another's place.
+#[test]
+fn meshes_of_buffers_make_the_lists_and_bricks_of_those_in_memory() {
+    let shapes = meshes();
+    let replacing = |id: usize| &shapes[(id + 1) % shapes.len()];
+    let mut found = Vec::new();
+    for in_buffers in [false, true] {
+        let (mut random, mut live) = (Random::new(3), Live::new());
+        furnish(&mut live.world, &mut live.scene, &mut random);
+        (0..20).for_each(|_| edit(&mut live.world, &mut live.scene, &mut random));
+        live.frame();
+        let (mut memory, mut descs, mut buffers) = (Vec::new(), Vec::new(), Vec::new());
+        for (id, (positions, indices)) in (0..shapes.len()).map(|id| (id as u64, replacing(id))) {
+            memory.push(MeshDesc { id, positions, uvs: &[], indices });
+            let halves = |p: &[f32; 3]| [p[0], p[1], p[2], f32::NAN].map(half::f16::from_f32);
+            let vertices: Vec<u8> = positions.iter().flat_map(halves).flat_map(half::f16::to_ne_bytes).collect();
+            let indices16: Vec<u8> = indices.iter().flat_map(|i| (*i as u16).to_ne_bytes()).collect();
+            let buffer = live.buffer(&[&[0xff; 6], &vertices[..], &indices16].concat());
+            // SAFETY: destroyed once it has been read.
+            let address = |offset: usize| unsafe { BufferAddress::new(buffer.raw, offset as u64) };
+            descs.push(BufferMeshDesc {
+                id,
+                vertex_count: positions.len() as u32,
+                index_count: indices.len() as u32,
+                positions: VertexBuffer { address: address(6), stride: 8, format: VertexFormat::Float16 },
+                uvs: None,
+                indices: IndexBuffer { address: address(6 + vertices.len()), index_type: IndexType::Uint16 },
+            });
+            buffers.push(buffer);
+        }
+        let (memory, descs) = if in_buffers { (&[][..], &descs[..]) } else { (&memory[..], &[][..]) };
+        let given = MeshUpdate { meshes: memory, buffer_meshes: descs, ..MeshUpdate::default() };
+        update(&mut live.world, &mut live.scene, &given);
+        assert_eq!(live.world.readback.pending() as usize, descs.len());
+        live.settle();
+        assert_eq!(live.world.readback.pending(), 0);
+        buffers.iter_mut().for_each(|b| b.destroy(&live.gpu.device));
+        let lists = live.world.primitives.lists();
+        println!("{} bricks hold {} triangles", lists.len(), lists.values().map(Vec::len).sum::<usize>());
+        found.push((lists, live.bricks()));
+    }
+    assert!(found[0].0 == found[1].0, "the lists");
+    assert!(found[0].1 == found[1].1, "the bricks");
 }

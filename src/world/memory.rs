@@ -17,7 +17,7 @@ use crate::gpu::shared::{
     APRON_COUNT, BATCH_BRICKS, BLOCK_WORDS, BrickResult, COUNTER_WORDS, LightBrick, PAGE_WORDS, RECORD_WORDS,
     REQUESTS_WORD,
 };
-use crate::gpu::{Bound, Buffer, Location, Player, Replaced, Slot};
+use crate::gpu::{Bound, Buffer, Copies, Location, Player, Slot};
 use crate::settings::Settings;
 use ash::vk;
 use glam::IVec3;
@@ -48,6 +48,10 @@ const UPLOAD_BASE_BYTES: u64 = 4 << 10;
 const UPLOAD_VIEW_BYTES: u64 = 1 << 10;
 /// Most that is set aside for voxelisation, however large the budget.
 const VOXELIZATION_MAX: u64 = 8 << 20;
+/// What a frame may always copy out of the host's buffers.
+const READBACK_MIN: u64 = 1 << 10;
+/// Most that it may copy beyond its share.
+const READBACK_SPARE_MAX: u64 = 4 << 20;
 /// Most that a frame's payload and triangles may take beyond their share of what the bricks will not need.
 const FRAME_SPARE_MAX: u64 = 8 << 20;
 
@@ -65,6 +69,8 @@ struct Shares {
     voxelization: u64,
     /// Bricks voxelised side by side.
     batch: u32,
+    /// Of it, what all frames copy out of the host's buffers.
+    readback: u64,
     /// Of it, one frame's payload and triangles.
     frame: u64,
     /// Faces that lighting lists at most.
@@ -74,10 +80,12 @@ struct Shares {
 impl Shares {
     fn new(settings: &Settings, frames_in_flight: usize) -> Self {
         let (budget, frames) = (settings.memory_budget, frames_in_flight as u64);
-        // A brick at a time must always be possible.
+        // A brick at a time must always be possible, and reading a mesh, however slowly.
         let frames_min = frames * (PAYLOAD_MIN + TRIANGLES_MIN);
-        let voxelization = (budget / 7).min(VOXELIZATION_MAX).max(SCRATCH_BYTES + frames_min);
-        let side_by_side = (voxelization / 3).min(voxelization - frames_min) / SCRATCH_BYTES;
+        let least = SCRATCH_BYTES + frames_min + frames * READBACK_MIN;
+        let voxelization = (budget / 7).min(VOXELIZATION_MAX).max(least);
+        let readback = frames * READBACK_MIN + (voxelization - least) / 16;
+        let side_by_side = (voxelization / 3).min(voxelization - frames_min - readback) / SCRATCH_BYTES;
         let batch = side_by_side.clamp(1, u64::from(BATCH_BRICKS));
         let faces = u32::try_from(budget / 8 / FACE_BYTES.iter().sum::<u64>()).unwrap_or(u32::MAX);
         let light_faces = settings.light_faces_per_frame.next_multiple_of(FACES_STEP).min(faces & !(FACES_STEP - 1));
@@ -86,7 +94,8 @@ impl Shares {
             frames_in_flight: frames,
             voxelization,
             batch: batch as u32,
-            frame: (voxelization - batch * SCRATCH_BYTES) / frames,
+            readback,
+            frame: (voxelization - readback - batch * SCRATCH_BYTES) / frames,
             light_faces,
         }
     }
@@ -128,6 +137,8 @@ struct FrameBuffers {
     results: Option<Buffer>,
     counters: Option<Buffer>,
     payload: Option<Buffer>,
+    /// What the frame copies out of the host's buffers.
+    readback: Option<Buffer>,
     /// The payload that this frame's commits read.
     source: Option<(vk::Buffer, u64)>,
 }
@@ -162,7 +173,8 @@ pub struct Memory {
     shares: Shares,
     buffers: FxHashMap<&'static str, Buffer>,
     frames: Vec<FrameBuffers>,
-    replaced: FxHashMap<&'static str, Replaced>,
+    /// What the frame's copies by name stand for.
+    copies: FxHashMap<&'static str, Vec<Copies>>,
 }
 
 impl Memory {
@@ -172,7 +184,7 @@ impl Memory {
             shares: Shares::new(settings, frames_in_flight),
             buffers: FxHashMap::default(),
             frames: (0..frames_in_flight).map(|_| FrameBuffers::default()).collect(),
-            replaced: FxHashMap::default(),
+            copies: FxHashMap::default(),
         };
         memory.check(&Fixed { grid: grid_bytes, ..Fixed::default() })?;
         Ok(memory)
@@ -198,13 +210,13 @@ impl Memory {
 
     fn voxelization_bytes(&self) -> u64 {
         let scratch: u64 = VOXEL_BUFFERS.iter().map(|name| self.size(name)).sum();
-        let own = self.frames.iter().flat_map(|f| [&f.results, &f.payload]).flatten();
+        let own = self.frames.iter().flat_map(|f| [&f.results, &f.payload, &f.readback]).flatten();
         scratch + own.map(|b| b.size).sum::<u64>()
     }
 
     /// Bytes of every live buffer but those of the slots.
     fn live(&self) -> u64 {
-        let own = self.frames.iter().flat_map(|f| [&f.results, &f.payload, &f.counters]).flatten();
+        let own = self.frames.iter().flat_map(|f| [&f.results, &f.payload, &f.readback, &f.counters]).flatten();
         self.buffers.values().chain(own).map(|b| b.size).sum()
     }
 
@@ -256,8 +268,8 @@ impl Memory {
         scope.frame.commands.push(Command::Clear(name));
         if let Some(old) = self.buffers.insert(name, new) {
             if !kept.is_empty() {
-                self.replaced.insert(name, Replaced { old: old.raw, new: raw, kept });
-                scope.frame.commands.push(Command::Move(name));
+                self.copies.insert(name, vec![Copies { from: old.raw, to: raw, regions: kept }]);
+                scope.frame.commands.push(Command::Copy(name));
             }
             scope.slot().retire(old);
         }
@@ -419,6 +431,53 @@ impl Memory {
         any
     }
 
+    /// Bytes that this frame may copy out of the host's buffers; `spare` bytes of the budget will not be needed by bricks.
+    pub fn readback_room(&self, scope: &FrameScope, spare: u64) -> u64 {
+        let have = self.frames[scope.index].readback.as_ref().map_or(0, |b| b.size);
+        let frames = self.shares.frames_in_flight;
+        let share = self.shares.readback / frames + (spare / 4 / frames).min(READBACK_SPARE_MAX);
+        // Buffers come in units of 256 bytes.
+        let most = share.min(self.room(scope) + have) & !255;
+        // One that is about as large need not be made anew.
+        if (most / 2..=2 * most).contains(&have) { have } else { most }
+    }
+
+    /// Has the frame make copies into the first `bytes` bytes of the slot's buffer, which has `room` as just said.
+    pub fn read_back(
+        &mut self,
+        scope: &mut FrameScope,
+        [bytes, room]: [u64; 2],
+        regions: &[(vk::Buffer, vk::BufferCopy)],
+    ) -> Result<()> {
+        let have = self.frames[scope.index].readback.as_ref().map_or(0, |b| b.size);
+        if !(bytes..=2 * room).contains(&have) {
+            self.release_readback(scope);
+            self.frames[scope.index].readback = Some(Buffer::new(scope.device, bytes, Location::Readback)?);
+        }
+        let to = self.frames[scope.index].readback.as_ref().expect("just made").raw;
+        let mut copies: Vec<Copies> = Vec::new();
+        for (from, region) in regions {
+            // Meshes often share buffers, one for each kind of array.
+            match copies.iter_mut().rev().take(3).find(|c| c.from == *from) {
+                Some(copies) => copies.regions.push(*region),
+                None => copies.push(Copies { from: *from, to, regions: vec![*region] }),
+            }
+        }
+        self.copies.insert("readback", copies);
+        scope.frame.commands.push(Command::Copy("readback"));
+        Ok(())
+    }
+
+    /// What the slot's last frame copied out of the host's buffers.
+    pub fn readback(&self, index: usize) -> &[u8] {
+        self.frames[index].readback.as_ref().map_or(&[], Buffer::bytes)
+    }
+
+    /// Gives the slot's buffer back: no other frame uses it.
+    pub fn release_readback(&mut self, scope: &FrameScope) {
+        self.frames[scope.index].readback.take().into_iter().for_each(|mut b| b.destroy(scope.device));
+    }
+
     /// Makes room to light `faces` faces; how many there is room for now.
     pub fn fit_lighting(&mut self, scope: &mut FrameScope, faces: u32) -> Result<u32> {
         let have = (self.size("vis_faces") / FACE_BYTES[0]) as u32;
@@ -468,7 +527,7 @@ impl Memory {
         player.bound.extend(self.buffers.iter().map(|(name, b)| (*name, whole(b))));
         player.bound.extend(frame.source.map(|(raw, size)| ("brick_source", Bound::Buffer(raw, 0, size))));
         player.bound.extend(own.into_iter().filter_map(|(name, b)| b.as_ref().map(|b| (name, whole(b)))));
-        player.replaced.extend(self.replaced.drain());
+        player.copies.extend(self.copies.drain());
     }
 
     /// Adds names and bytes of everything that counts against the budget.
@@ -482,6 +541,7 @@ impl Memory {
             ("brick_results", total(|f| &f.results)),
             ("counters", total(|f| &f.counters)),
             ("payload", total(|f| &f.payload)),
+            ("readback", total(|f| &f.readback)),
             ("upload", slots.iter().map(Slot::upload_bytes).sum()),
             ("retired", retired_bytes(slots)),
         ];
@@ -492,7 +552,7 @@ impl Memory {
     pub fn destroy(&mut self, device: &crate::gpu::Device) {
         self.buffers.drain().for_each(|(_, mut b)| b.destroy(device));
         for frame in &mut self.frames {
-            let own = [frame.results.take(), frame.counters.take(), frame.payload.take()];
+            let own = [frame.results.take(), frame.counters.take(), frame.payload.take(), frame.readback.take()];
             own.into_iter().flatten().for_each(|mut b| b.destroy(device));
         }
     }

@@ -2,6 +2,7 @@
 
 mod growth;
 mod memory;
+mod readback;
 mod voxelization;
 
 use crate::bricks::{
@@ -19,6 +20,7 @@ use crate::scene::{Camera, Light, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
 use memory::{Fixed, Memory};
+use readback::Readback;
 use rustc_hash::FxHashMap;
 
 /// Lighting sweeps a frame when the face budget allows: the more, the faster light travels.
@@ -74,6 +76,7 @@ pub struct World {
     /// The world, all of its faces lit, does not fit into its memory.
     short: bool,
     pub grid: WorldGrid,
+    pub readback: Readback,
     memory: Memory,
     flights: Vec<Flight>,
     /// The last frame's; kept for its memory.
@@ -120,6 +123,7 @@ impl World {
                 voxel_size: f64::from(settings.voxel_size),
                 offset: DVec3::from(settings.grid_offset.map(f64::from)),
             },
+            readback: Readback::new(frames_in_flight),
             flights: vec![Flight::default(); frames_in_flight],
             batch: Batch::default(),
             material_index: FxHashMap::default(),
@@ -201,6 +205,7 @@ impl World {
     /// The world's part of a frame seen from `eye` (voxels); `clip` is clip space of the position relative to it in metres.
     /// Returns the bytes that the frame's upload buffer may have.
     pub fn frame(&mut self, scope: &mut FrameScope, scene: &mut Scene, eye: DVec3, clip: DMat4) -> Result<u64> {
+        self.take_in_meshes(scope.index, scene);
         self.table.tick();
         let fixed = self.fixed(scene);
         self.memory.check(&fixed)?;
@@ -217,6 +222,7 @@ impl World {
         let viewpoint = Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size);
         self.voxelize(scope, scene, &viewpoint)?;
         self.missing_in_view = self.table.missing_in_view(&viewpoint);
+        self.ask_for_meshes(scope)?;
         self.light(scope, scene, eye / 8.0)?;
         self.tell(scope.settings);
         self.memory.finish(scope)
@@ -405,7 +411,7 @@ impl World {
         }
     }
 
-    /// Says what the passes' names stand for in this slot's frame, and which buffers others have replaced since the last.
+    /// Says what the passes' names stand for in this slot's frame, and its copies.
     pub fn bind(&mut self, index: usize, player: &mut Player) {
         self.memory.bind(index, player);
     }

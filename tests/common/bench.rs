@@ -1,11 +1,13 @@
 //! What the misuse tests work on: a live context with a view, and every struct in a valid state, to be spoilt.
 
+#![allow(dead_code, reason = "each test program uses a part")]
+
 use crate::vulkan::Host;
 use ash::vk;
 use ash::vk::Handle;
 use brickgi::capi::*;
 use std::ffi::{CStr, c_char};
-use std::ptr::{null_mut, without_provenance_mut};
+use std::ptr::{null, null_mut, without_provenance_mut};
 
 /// A struct with its sType and the fields that are named; the rest is zero.
 macro_rules! structure {
@@ -127,6 +129,24 @@ impl Bench {
         self.update(|update| (update.meshes, update.mesh_count) = (&mesh, 1))
     }
 
+    /// An update of a mesh in a buffer, and of another one that is as good.
+    pub fn update_buffer_mesh(&self, change: impl FnOnce(&mut BgiMesh, &mut BgiMesh)) -> BgiResult {
+        let device = &self.host.device;
+        let info = vk::BufferCreateInfo::default().size(256).usage(vk::BufferUsageFlags::TRANSFER_SRC);
+        // SAFETY: a live device; the update is refused, so that nothing reads the buffer.
+        let buffer = unsafe { device.create_buffer(&info, None) }.expect("a buffer");
+        let mut mesh = mesh();
+        (mesh.positions.data, mesh.positions.buffer) = (null(), buffer);
+        (mesh.indices.data, mesh.indices.buffer) = (null(), buffer);
+        let mut meshes = [mesh, BgiMesh { id: 2, ..mesh }];
+        let [first, second] = &mut meshes;
+        change(first, second);
+        let result = self.update(|update| (update.meshes, update.mesh_count) = (meshes.as_ptr(), 2));
+        // SAFETY: as above.
+        unsafe { device.destroy_buffer(buffer, None) };
+        result
+    }
+
     pub fn update_instance(&self, change: impl FnOnce(&mut BgiInstance)) -> BgiResult {
         let (mesh, material) = (mesh(), structure! { BgiMaterial, BGI_STRUCTURE_TYPE_MATERIAL, id: 1, });
         let linear = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -234,6 +254,26 @@ pub fn mesh() -> BgiMesh {
     static POSITIONS: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     static INDICES: [u32; 3] = [0, 1, 2];
     structure! { BgiMesh, BGI_STRUCTURE_TYPE_MESH,
-        id: 1, vertex_count: 3, index_count: 3, positions: POSITIONS.as_ptr(), indices: INDICES.as_ptr(),
+        id: 1, vertex_count: 3, index_count: 3, positions: floats(&POSITIONS), indices: indices(&INDICES),
     }
+}
+
+/// An attribute in host memory.
+pub fn floats(values: &[f32]) -> BgiVertexData {
+    BgiVertexData { data: values.as_ptr().cast(), format: BGI_VERTEX_FORMAT_FLOAT32, ..zeroed() }
+}
+
+/// Indices in host memory.
+pub fn indices(values: &[u32]) -> BgiIndexData {
+    BgiIndexData { data: values.as_ptr().cast(), index_type: BGI_INDEX_TYPE_UINT32, ..zeroed() }
+}
+
+/// As [`floats`], of the bits of half floats.
+pub fn halves(bits: &[u16]) -> BgiVertexData {
+    BgiVertexData { data: bits.as_ptr().cast(), format: BGI_VERTEX_FORMAT_FLOAT16, ..zeroed() }
+}
+
+/// As [`indices`], of 16 bits.
+pub fn short_indices(values: &[u16]) -> BgiIndexData {
+    BgiIndexData { data: values.as_ptr().cast(), index_type: BGI_INDEX_TYPE_UINT16, ..zeroed() }
 }

@@ -14,7 +14,7 @@ const LIGHT_PASSES: [&str; 4] = ["face_compact", "light_direct", "light_bounce",
 /// The passes and the copies that a frame records.
 fn recorded(frame: &Frame) -> Vec<&'static str> {
     let name = |command: &Command| match command {
-        Command::Clear(name) | Command::Move(name) => *name,
+        Command::Clear(name) | Command::Copy(name) => *name,
         Command::Dispatch { pass, .. } => *pass,
     };
     frame.commands.iter().map(name).collect()
