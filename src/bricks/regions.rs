@@ -15,6 +15,8 @@ const CHECKS: usize = 1024;
 const ASKING_SHARE: f64 = 1e-4;
 /// Of each frame, how much of what has been counted before is kept.
 const KEPT: f64 = 0.9;
+/// Cells that a camera may move in a frame without being looked for.
+const WAY_MAX: i32 = 256;
 /// Sides by which a brick must gain to be voxelised again.
 const GAIN_MIN: u32 = 8;
 
@@ -85,16 +87,33 @@ impl Regions {
     /// Forgets all bricks but some.
     pub fn retain(&mut self, keep: impl Fn(IVec3) -> bool) {
         self.bricks().into_iter().filter(|b| !keep(*b)).for_each(|b| self.forget(b));
+        let asked = self.asked.len();
         self.asked.retain(|cell| keep(IVec3::from(*cell) >> 3i32));
+        self.stale |= self.asked.len() < asked;
     }
 
-    /// The cameras are in these cells.
+    /// The cameras are in these cells. Where one has gone through a wall, what it has left may be out of reach.
     pub fn follow(&mut self, eyes: impl Iterator<Item = IVec3> + Clone) {
-        if eyes.clone().ne(self.eyes.iter().copied()) {
-            self.eyes.clear();
-            self.eyes.extend(eyes.clone());
-            eyes.for_each(|cell| self.seed(cell));
+        if eyes.clone().eq(self.eyes.iter().copied()) {
+            return;
         }
+        let left = self.eyes.iter().zip(eyes.clone()).any(|(from, to)| !self.has_way(*from, to));
+        self.stale |= left || eyes.clone().count() < self.eyes.len();
+        self.eyes.clear();
+        self.eyes.extend(eyes.clone());
+        eyes.for_each(|cell| self.seed(cell));
+    }
+
+    /// Whether empty cells lead from one cell to another: along x, then y, then z.
+    fn has_way(&self, from: IVec3, to: IVec3) -> bool {
+        let is_empty = |c: IVec3| (self.space.occupied(c >> 3i32) & Cells::cell((c & 7i32).as_uvec3())).is_empty();
+        let mut cell = from;
+        for axis in 0..3 {
+            while cell[axis] != to[axis] && is_empty(cell) && (cell - from).abs().element_sum() < WAY_MAX {
+                cell[axis] += (to[axis] - cell[axis]).signum();
+            }
+        }
+        cell == to && is_empty(to)
     }
 
     /// Takes in cells (the low corner of 2 x 2 x 2 of them) at which rays have come to faces without light, how many came
