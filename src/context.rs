@@ -138,6 +138,9 @@ pub struct Stats {
     pub frames: u64,
 }
 
+/// Dispatch calls for which the world keeps to a view's camera after the view's last one.
+const IN_USE_FRAMES: u32 = 64;
+
 /// The library's state on one device. See the crate's front page for the frame.
 pub struct Context {
     // Declared first so that what lives on the device is destroyed explicitly in `drop`.
@@ -295,11 +298,16 @@ impl Context {
             return Err(Error::invalid("command_buffer, depth, normal and output must not be null"));
         }
         let camera = view.camera.ok_or_else(|| Error::invalid("the view has no camera yet"))?;
+        view.drawn = Some(self.frame_index);
 
         let index = self.frame_index as usize % self.slots.len();
         self.read_back(index);
         let eye = self.world.grid.to_voxels(DVec3::from(camera.position));
-        self.world.follow_cameras(self.views.values().filter_map(|view| view.camera.as_ref()));
+        let now = self.frame_index;
+        let in_use = |view: &&View| view.drawn.is_some_and(|drawn| now.wrapping_sub(drawn) < IN_USE_FRAMES);
+        let grid = self.world.grid;
+        let cameras = self.views.values().filter(in_use).filter_map(|view| view.camera.as_ref());
+        self.world.follow(cameras.map(|c| grid.to_voxels(DVec3::from(c.position))), &self.scene);
         let mut frame = std::mem::take(&mut self.frame);
         frame.clear();
         let mut scope = FrameScope::new(&self.device, &self.settings, &mut self.slots, index, self.frame_index, frame);

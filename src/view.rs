@@ -19,6 +19,8 @@ pub struct View {
     pub size: UVec2,
     pub buffers: Vec<Buffer>,
     pub camera: Option<Camera>,
+    /// The dispatch call that last drew it.
+    pub drawn: Option<u32>,
     previous: Option<(Camera, UVec2)>,
     /// The world's loads when it was.
     loads: u32,
@@ -31,7 +33,8 @@ impl View {
         let tiles = size.map(|s| s.div_ceil(tile));
         let (pixels, probes) = (u64::from(size.x) * u64::from(size.y), u64::from(tiles.x) * u64::from(tiles.y));
         let sizes = [pixels * 12, pixels * 12, probes * 32, probes * 512, probes * 16, probes * 144];
-        let mut view = Self { size, buffers: Vec::new(), camera: None, previous: None, loads: 0, flipped: false };
+        let mut view =
+            Self { size, buffers: Vec::new(), camera: None, drawn: None, previous: None, loads: 0, flipped: false };
         for bytes in sizes {
             match Buffer::new(device, bytes, Location::Device) {
                 Ok(buffer) => view.buffers.push(buffer),

@@ -108,7 +108,7 @@ fn after_any_history_bricks_list_what_the_scene_holds() {
     for operation in 0..10_000 {
         if random.chance(0.1) {
             let window = world.table.window_bricks();
-            world.follow((random.point() - 0.5) * random.between(0.0, 300.0), &scene);
+            world.follow([(random.point() - 0.5) * random.between(0.0, 300.0)].into_iter(), &scene);
             moves += u32::from(world.table.window_bricks() != window);
         } else {
             edit(&mut world, &mut scene, &mut random);
@@ -160,6 +160,7 @@ impl Live {
         self.slots[index].recycle(&self.gpu.device);
         let mut scope =
             FrameScope::new(&self.gpu.device, &settings, &mut self.slots, index, self.frames, Frame::default());
+        self.world.follow([self.eye].into_iter(), &self.scene);
         self.world.frame(&mut scope, &mut self.scene, self.eye, DMat4::IDENTITY).expect("a frame");
         let frame = scope.frame;
         let player = self.bind(index);

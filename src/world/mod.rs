@@ -16,7 +16,7 @@ use crate::gpu::shared::{
 };
 use crate::gpu::{Device, Player, Slot};
 use crate::passes;
-use crate::scene::{Camera, Light, Scene};
+use crate::scene::{Light, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
 use memory::{Fixed, Memory};
@@ -165,16 +165,6 @@ impl World {
         left.into_iter().filter(|b| !self.primitives.holds(*b)).for_each(|b| self.table.forget(b));
     }
 
-    /// Follows the camera; a window that moved holds other triangles.
-    fn follow(&mut self, eye: DVec3, scene: &Scene) {
-        if self.table.follow(eye, self.primitives.bounds) {
-            let window = self.table.window_bricks().expect("it has just moved");
-            self.primitives.follow(window, scene, &self.grid);
-            self.table.enter(self.primitives.bricks());
-            self.regions.retain(|brick| window.holds(brick));
-        }
-    }
-
     /// Everything converges anew: the lights have changed.
     pub fn lights_changed(&mut self) {
         self.table.invalidate_lighting();
@@ -196,10 +186,18 @@ impl World {
         self.flights[index].light_rays + self.memory.probe_rays(index)
     }
 
-    /// The cameras of all views: what they see is reached.
-    pub fn follow_cameras<'a>(&mut self, cameras: impl Iterator<Item = &'a Camera> + Clone) {
-        let Self { regions, grid, .. } = self;
-        regions.follow(cameras.map(|camera| grid.to_voxels(DVec3::from(camera.position)).floor().as_ivec3()));
+    /// Follows the views in use, whose cameras are at `eyes` (voxels): the window's middle is the middle between them, and
+    /// where they are is reached. Before each frame.
+    pub fn follow(&mut self, eyes: impl Iterator<Item = DVec3> + Clone, scene: &Scene) {
+        self.regions.follow(eyes.clone().map(|eye| eye.floor().as_ivec3()));
+        let Some((low, high)) = eyes.map(|eye| (eye, eye)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { return };
+        if self.table.follow((low + high) / 2.0, self.primitives.bounds) {
+            // What has moved holds other triangles.
+            let window = self.table.window_bricks().expect("it has just moved");
+            self.primitives.follow(window, scene, &self.grid);
+            self.table.enter(self.primitives.bricks());
+            self.regions.retain(|brick| window.holds(brick));
+        }
     }
 
     /// The world's part of a frame seen from `eye` (voxels); `clip` is clip space of the position relative to it in metres.
@@ -211,7 +209,6 @@ impl World {
         self.memory.check(&fixed)?;
         self.steady_frames = self.steady_frames.saturating_add(1);
         scope.upload_reserve = Memory::upload_reserve(self.table.resident(), fixed.lights);
-        self.follow(eye, scene);
         self.memory.fit_counters(scope)?;
         scope.frame.commands.push(Command::Clear("counters"));
         self.upload_materials(scope, scene)?;

@@ -53,6 +53,7 @@ fn a_world_in_which_nothing_changes_records_no_brick_pass() {
             frames += 1;
             slots[0].recycle(&gpu.device);
             let mut scope = FrameScope::new(&gpu.device, &settings, &mut slots, 0, frames, Frame::default());
+            world.follow([DVec3::ZERO].into_iter(), &scene);
             world.frame(&mut scope, &mut scene, DVec3::ZERO, DMat4::IDENTITY).expect("a frame");
             let frame = scope.frame;
             let mut player = Player::default();
