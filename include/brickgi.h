@@ -146,6 +146,10 @@ typedef struct BgiSettings {
     /// earlier frames, bricks are handed to the GPU as far as they will fit, one at least and voxelizeBricksPerFrame at
     /// most. Without effect where the device has no timestamps.
     float voxelizeMs;
+    /// By how much dense meshes may be simplified, in voxels, 0 to 1; default 0.1; 0: not at all. Triangles that voxels
+    /// cannot tell apart are merged when a mesh is added, for the largest scale of its instances, and anew when a larger
+    /// one comes. What the host handed over is kept beside what is left.
+    float simplifyVoxels;
 } BgiSettings;
 
 /// Severity of a log line: one of BGI_LOG_*.
@@ -448,6 +452,10 @@ typedef struct BgiStats {
     struct BgiPassTime *passes;
     /// Optional: receives every device allocation.
     struct BgiResourceSize *resources;
+    /// Out: triangles of all meshes, as the host handed them over.
+    uint64_t meshTriangles;
+    /// Out: those that are kept of them; see simplifyVoxels.
+    uint64_t keptTriangles;
 } BgiStats;
 
 /// Done.

@@ -128,6 +128,10 @@ pub struct Stats {
     pub pages: u32,
     /// Rays traced in the frame.
     pub rays: u64,
+    /// Triangles of all meshes, as the host handed them over.
+    pub mesh_triangles: u64,
+    /// Those that are kept of them ([`Settings::simplify_voxels`]).
+    pub kept_triangles: u64,
     /// Dispatch calls so far.
     pub frames: u64,
 }
@@ -177,7 +181,7 @@ impl Context {
         let world = World::new(&desc.settings, desc.frames_in_flight as usize)?;
         let mut context = Self {
             world,
-            scene: Scene::default(),
+            scene: Scene::new(&desc.settings),
             views: HashMap::new(),
             next_view: 1,
             slots: Vec::new(),
@@ -199,6 +203,8 @@ impl Context {
     pub fn update_meshes(&mut self, update: &MeshUpdate) -> Result<()> {
         self.scene.check(update)?;
         let changed = self.scene.apply(update);
+        (self.stats.mesh_triangles, self.stats.kept_triangles) =
+            (self.scene.triangles.given, self.scene.triangles.kept);
         self.world.instances_changed(&changed, &self.scene);
         Ok(())
     }

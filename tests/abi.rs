@@ -54,7 +54,7 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiSettings {
             s_type, p_next, voxel_size, grid_offset, coverage_groups, voxelize_bricks_per_frame, memory_budget,
             light_faces_per_frame, bounce_rays, direct_samples, hit_model, probe_tile, temporal_frames, pixel_rays,
-            voxelize_ms,
+            voxelize_ms, simplify_voxels,
         }
         BgiContextCreateInfo {
             s_type, p_next, abi_version, frames_in_flight, get_instance_proc_addr, instance, physical_device, device,
@@ -79,8 +79,8 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiResourceSize { name, bytes }
         BgiStats {
             s_type, p_next, frame_ms, cpu_ms, world_bytes, view_bytes, rays, frames, bricks, bricks_missing,
-            bricks_left_out, faces,
-            pages, pass_count, resource_count, passes, resources,
+            bricks_left_out, faces, pages, pass_count, resource_count, passes, resources, mesh_triangles,
+            kept_triangles,
         }
     }
     constants! { text: BGI_ABI_VERSION BGI_API_VERSION BGI_ERROR_INTERNAL BGI_STRUCTURE_TYPE_STATS BGI_MAX_COUNT }

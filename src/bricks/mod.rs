@@ -13,6 +13,8 @@ use axis_counts::AxisCounts;
 pub use grid::Grid;
 pub use light_queue::LightBudget;
 use light_queue::LightQueue;
+#[cfg(test)]
+pub use primitives::CubeTest;
 pub use primitives::{Batch, BrickWindow, MAX_TRIANGLES, PrimitiveIndex, WorldGrid};
 pub use table::{BrickTable, Finished};
 pub use viewpoint::Viewpoint;

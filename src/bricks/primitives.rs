@@ -1,7 +1,7 @@
 //! Which triangles touch which brick.
 
 use crate::gpu::shared::{BatchBrick, TIE_SHIFT, TWO_SIDED};
-use crate::scene::{Instance, Mesh, Scene};
+use crate::scene::{Cluster, Instance, Mesh, Scene};
 use glam::{DVec3, IVec3, Vec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -77,8 +77,9 @@ pub struct PrimitiveIndex {
     index: FxHashMap<u64, u32>,
     /// Corners of everything that has ever been entered, voxels.
     pub bounds: Option<(DVec3, DVec3)>,
-    /// An instance's vertices, voxels; kept for its memory.
-    vertices: Vec<DVec3>,
+    /// Triangles that have been tested against bricks.
+    #[cfg(test)]
+    tested: std::cell::Cell<u64>,
 }
 
 impl PrimitiveIndex {
@@ -114,6 +115,7 @@ impl PrimitiveIndex {
         }
         self.placed[index as usize].id = id;
         self.index.insert(id, index);
+        self.measure(index, scene, grid);
         self.register(index, None, scene, grid);
         &self.placed[index as usize].bricks
     }
@@ -137,23 +139,42 @@ impl PrimitiveIndex {
         }
     }
 
-    /// Enters an instance's triangles in the window's bricks that are not in `known`.
-    fn register(&mut self, index: u32, known: Option<BrickWindow>, scene: &Scene, grid: &WorldGrid) {
-        let Self { window, bricks, placed, bounds, vertices, .. } = self;
-        let own = &mut placed[index as usize];
+    /// Takes in an instance's bounds.
+    fn measure(&mut self, index: u32, scene: &Scene, grid: &WorldGrid) {
+        let own = &mut self.placed[index as usize];
         let Some(instance) = scene.instances.get(&own.id) else { return };
         let Some(mesh) = scene.meshes.get(&instance.mesh).filter(|m| !m.positions.is_empty()) else { return };
-        vertices.clear();
-        vertices.extend(mesh.positions.iter().map(|p| place(*p, instance, grid)));
-        let corners = vertices.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |b, v| (b.0.min(*v), b.1.max(*v)));
-        let (low, high) = bounds.unwrap_or(corners);
-        *bounds = Some((low.min(corners.0), high.max(corners.1)));
+        let vertices = mesh.positions.iter().map(|p| place(*p, instance, grid));
+        let corners = vertices.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |b, v| (b.0.min(v), b.1.max(v)));
+        let (low, high) = self.bounds.unwrap_or(corners);
+        self.bounds = Some((low.min(corners.0), high.max(corners.1)));
         (own.first, own.last) = (brick_of(corners.0 - REACH), brick_of(corners.1 + REACH));
-        let Some(window) = *window else { return };
+    }
+
+    /// Enters an instance's triangles in the window's bricks that are not in `known`: of those clusters that reach there.
+    fn register(&mut self, index: u32, known: Option<BrickWindow>, scene: &Scene, grid: &WorldGrid) {
+        let Self {
+            window,
+            bricks,
+            placed,
+            #[cfg(test)]
+            tested,
+            ..
+        } = self;
+        let own = &mut placed[index as usize];
+        let Some(instance) = scene.instances.get(&own.id) else { return };
+        let (Some(mesh), Some(window)) = (scene.meshes.get(&instance.mesh), *window) else { return };
         let (id, mut entered, mut unsorted) = (own.id, std::mem::take(&mut own.bricks), Vec::new());
         let id_of = |p: &Primitive| placed[p.instance as usize].id;
-        for (triangle, corners) in (0..).zip(&mesh.triangles) {
-            let corners = corners.map(|i| vertices[i as usize]);
+        let reached = mesh.clusters.iter().filter(|c| {
+            let (first, last) = bricks_of(c, instance, grid);
+            let (first, last) = (first.max(window.low), last.min(window.last()));
+            first.cmple(last).all() && known.is_none_or(|w| !w.holds(first) || !w.holds(last))
+        });
+        for triangle in reached.flat_map(|c| c.triangles.clone()) {
+            #[cfg(test)]
+            tested.set(tested.get() + 1);
+            let corners = mesh.triangles[triangle as usize].map(|i| place(mesh.positions[i as usize], instance, grid));
             bricks_near(corners, &window, |brick| {
                 if known.is_some_and(|w| w.holds(brick)) {
                     return;
@@ -311,6 +332,16 @@ fn place(p: Vec3, instance: &Instance, grid: &WorldGrid) -> DVec3 {
     grid.to_voxels(instance.linear * p.as_dvec3() + instance.translation)
 }
 
+/// Bricks that a cluster's bounds reach.
+fn bricks_of(cluster: &Cluster, instance: &Instance, grid: &WorldGrid) -> (IVec3, IVec3) {
+    let [low, high] = [cluster.low, cluster.high].map(Vec3::as_dvec3);
+    let middle = grid.to_voxels(instance.linear * ((low + high) / 2.0) + instance.translation);
+    let half = instance.linear.abs() * ((high - low) / 2.0) / grid.voxel_size;
+    // More than rounding takes.
+    let reach = half + REACH + 1e-4;
+    (brick_of(middle - reach), brick_of(middle + reach))
+}
+
 /// Triangles of one brick that are looked at; voxelisation packs their index into 16 bits.
 pub const MAX_TRIANGLES: usize = 32_768;
 
@@ -356,14 +387,14 @@ fn bricks_near(corners: [DVec3; 3], window: &BrickWindow, mut enter: impl FnMut(
 
 /// Separating axes of a triangle and cubes of one size (Akenine-Moller 2001), but for the cube's own: those the
 /// triangle's bounds tell.
-struct CubeTest {
+pub struct CubeTest {
     /// Axis, and the range of it in which the centres of cubes lie that it does not separate.
     axes: [(DVec3, f64, f64); 10],
 }
 
 impl CubeTest {
     /// `half`: half the edge of the cubes.
-    fn new(corners: [DVec3; 3], half: f64) -> Self {
+    pub fn new(corners: [DVec3; 3], half: f64) -> Self {
         let [a, b, c] = corners;
         let edges = [b - a, c - b, a - c];
         let axis = |k: usize| match k {
@@ -378,7 +409,7 @@ impl CubeTest {
         Self { axes: std::array::from_fn(|k| range(axis(k))) }
     }
 
-    fn meets(&self, center: DVec3) -> bool {
+    pub fn meets(&self, center: DVec3) -> bool {
         self.axes.iter().all(|(axis, low, high)| (*low..=*high).contains(&axis.dot(center)))
     }
 }

@@ -66,6 +66,10 @@ pub struct BgiSettings {
     /// earlier frames, bricks are handed to the GPU as far as they will fit, one at least and voxelizeBricksPerFrame at
     /// most. Without effect where the device has no timestamps.
     pub voxelize_ms: f32,
+    /// By how much dense meshes may be simplified, in voxels, 0 to 1; default 0.1; 0: not at all. Triangles that voxels
+    /// cannot tell apart are merged when a mesh is added, for the largest scale of its instances, and anew when a larger
+    /// one comes. What the host handed over is kept beside what is left.
+    pub simplify_voxels: f32,
 }
 
 structure_types! { BgiSettings = BGI_STRUCTURE_TYPE_SETTINGS }
@@ -88,6 +92,7 @@ impl From<Settings> for BgiSettings {
             temporal_frames: from.temporal_frames,
             pixel_rays: from.pixel_rays,
             voxelize_ms: from.voxelize_ms,
+            simplify_voxels: from.simplify_voxels,
         }
     }
 }
@@ -113,6 +118,7 @@ impl BgiSettings {
             temporal_frames: self.temporal_frames,
             pixel_rays: self.pixel_rays,
             voxelize_ms: self.voxelize_ms,
+            simplify_voxels: self.simplify_voxels,
         })
     }
 }

@@ -3,10 +3,13 @@
 //! Ids are chosen by the host; adding an id that exists replaces it. Every slice is copied before the call returns.
 
 mod camera;
+mod clusters;
 mod sheets;
+mod simplify;
 mod store;
 
 pub use camera::Camera;
+pub(crate) use clusters::Cluster;
 pub(crate) use store::{Instance, Mesh, Scene};
 
 /// A triangle mesh of one material set.

@@ -64,7 +64,7 @@ fn instance(id: u64, random: &mut Random) -> InstanceDesc {
 }
 
 /// Applies a batch, as `Context::update_meshes` does.
-fn update(world: &mut World, scene: &mut Scene, update: &MeshUpdate) {
+pub(super) fn update(world: &mut World, scene: &mut Scene, update: &MeshUpdate) {
     scene.check(update).expect("a valid update");
     let changed = scene.apply(update);
     world.instances_changed(&changed, scene);
@@ -132,30 +132,32 @@ fn after_any_history_bricks_list_what_the_scene_holds() {
 }
 
 /// A world on the GPU.
-struct Live {
+pub(super) struct Live {
     gpu: Gpu,
     slots: Vec<Slot>,
-    world: World,
-    scene: Scene,
+    settings: Settings,
+    pub world: World,
+    pub scene: Scene,
     eye: DVec3,
     frames: u32,
 }
 
 impl Live {
-    fn new() -> Self {
+    pub fn new(settings: Settings) -> Self {
         let bricks = ["brick_commit", "grid_update", "voxel_mark", "voxelize", "face_resolve"];
         let gpu = Gpu::new(&[bricks.as_slice(), &["face_compact", "light_direct", "light_store"]].concat());
         let slots = (0..FRAMES_IN_FLIGHT).map(|_| Slot::new(&gpu.device).expect("a slot")).collect();
-        let world = World::new(&settings(), FRAMES_IN_FLIGHT).expect("a world");
-        Self { gpu, slots, world, scene: Scene::default(), eye: DVec3::ZERO, frames: 0 }
+        let world = World::new(&settings, FRAMES_IN_FLIGHT).expect("a world");
+        let scene = Scene::new(&settings);
+        Self { gpu, slots, settings, world, scene, eye: DVec3::ZERO, frames: 0 }
     }
 
     /// As `Context::dispatch`, without a view.
     fn frame(&mut self) {
-        let (settings, index) = (settings(), self.frames as usize % FRAMES_IN_FLIGHT);
+        let index = self.frames as usize % FRAMES_IN_FLIGHT;
         self.slots[index].recycle(&self.gpu.device).expect("recycled");
         let mut scope =
-            FrameScope::new(&self.gpu.device, &settings, &mut self.slots, index, self.frames, Frame::default());
+            FrameScope::new(&self.gpu.device, &self.settings, &mut self.slots, index, self.frames, Frame::default());
         self.world.frame(&mut scope, &mut self.scene, self.eye, DMat4::IDENTITY).expect("a frame");
         let frame = scope.frame;
         let (bound, replaced) = (self.world.bindings(index), self.world.take_replaced());
@@ -164,7 +166,7 @@ impl Live {
     }
 
     /// Frames until nothing has been voxelised for a while.
-    fn settle(&mut self) {
+    pub fn settle(&mut self) {
         let mut quiet = 0;
         while quiet < 2 * FRAMES_IN_FLIGHT {
             self.frame();
@@ -186,7 +188,7 @@ impl Live {
     }
 
     /// Every brick that the GPU finds.
-    fn bricks(&mut self) -> BTreeMap<[i32; 3], Brick> {
+    pub fn bricks(&mut self) -> BTreeMap<[i32; 3], Brick> {
         let (grid, words) = (self.read("world_grid"), self.read("world_bricks"));
         let BrickWindow { low, size } = self.world.table.window_bricks().expect("a window");
         let extent = (size / 4).as_uvec3();
@@ -211,7 +213,7 @@ impl Drop for Live {
 /// comes back.
 #[test]
 fn after_any_history_the_gpu_holds_what_the_scene_makes_at_once() {
-    let (mut random, mut old) = (Random::new(2), Live::new());
+    let (mut random, mut old) = (Random::new(2), Live::new(settings()));
     furnish(&mut old.world, &mut old.scene, &mut random);
     for _ in 0..60 {
         edit(&mut old.world, &mut old.scene, &mut random);
@@ -221,7 +223,7 @@ fn after_any_history_the_gpu_holds_what_the_scene_makes_at_once() {
     }
     old.eye = DVec3::ZERO;
     old.settle();
-    let mut new = Live::new();
+    let mut new = Live::new(settings());
     std::mem::swap(&mut new.scene, &mut old.scene);
     let mut all: Vec<u64> = new.scene.instances.keys().copied().collect();
     all.sort_unstable();

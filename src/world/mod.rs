@@ -373,4 +373,8 @@ impl World {
 }
 
 #[cfg(test)]
+mod counts;
+#[cfg(test)]
 mod histories;
+#[cfg(test)]
+mod simplified;

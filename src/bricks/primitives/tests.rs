@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate};
+use crate::twin::shapes::terrain;
 
 const GRID: WorldGrid = WorldGrid { voxel_size: 0.5, offset: DVec3::ZERO };
 const WINDOW: BrickWindow = BrickWindow { low: IVec3::new(-64, -16, -64), size: IVec3::new(128, 32, 128) };
@@ -115,4 +116,39 @@ fn lists_do_not_depend_on_history() {
         });
     }
     assert!(churned.placed.len() <= 20, "places are used again");
+}
+
+/// Clusters pass over what they do not reach, and nothing else.
+#[test]
+fn work_follows_the_triangles_that_a_window_reaches() {
+    let (positions, indices) = terrain(200.0, 300);
+    let mut scene = scene(&positions, &indices);
+    let linear = [[0.6, 0.0, 0.8], [0.1, 1.2, 0.0], [-0.8, 0.0, 0.6]];
+    let placed = InstanceDesc { id: 1, mesh: 1, material: 1, linear, translation: [3.0, 1.0, -2.0] };
+    scene.apply(&MeshUpdate { instances: &[placed], ..MeshUpdate::default() });
+    let count = scene.meshes[&1].triangles.len() as u64;
+    assert_eq!(count, 180_000);
+    let mut window = BrickWindow { low: IVec3::new(-4, -4, -4), size: IVec3::splat(8) };
+    let mut clustered = index(window, &scene);
+    println!("{} of {count} triangles tested in a window of 32 m", clustered.tested.get());
+    assert!(clustered.tested.get() * 15 < count, "of 200 m");
+    for step in [IVec3::new(4, 0, 0), IVec3::new(0, 0, -4), IVec3::new(-8, 0, 4)] {
+        let before = clustered.tested.get();
+        window.low += step;
+        clustered.follow(window, &scene, &GRID);
+        println!("{} when it moves by {step}", clustered.tested.get() - before);
+        assert!((clustered.tested.get() - before) * 15 < count);
+        // As if all were one cluster.
+        let clusters = std::mem::take(&mut scene.meshes.get_mut(&1).expect("the mesh").clusters);
+        let all = Cluster {
+            triangles: 0..count as u32,
+            low: clusters.iter().map(|c| c.low).fold(Vec3::INFINITY, Vec3::min),
+            high: clusters.iter().map(|c| c.high).fold(Vec3::NEG_INFINITY, Vec3::max),
+        };
+        scene.meshes.get_mut(&1).expect("the mesh").clusters = vec![all];
+        let whole = index(window, &scene);
+        assert_eq!(whole.tested.get(), count);
+        assert!(clustered.lists() == whole.lists(), "the same lists");
+        scene.meshes.get_mut(&1).expect("the mesh").clusters = clusters;
+    }
 }
