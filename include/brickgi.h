@@ -160,6 +160,15 @@ typedef uint32_t BgiLogSeverity;
 /// no longjmp).
 typedef void (*BgiLogCallback)(void *userData, BgiLogSeverity severity, const char *message);
 
+/// A piece of the library's work. Never throws; takes some ten microseconds to some milliseconds.
+typedef void (*BgiTask)(void *taskData, uint32_t index);
+
+/// Calls task(taskData, index) once for each index below `count`, on any threads and in any order, at once or one after
+/// the other, and returns when all these calls have. Called by bgiUpdateMeshes and bgiDispatch, on their thread, where
+/// there is much to do. Neither it nor the tasks' threads may meanwhile call the library on that context. Must return (no
+/// exception, no longjmp).
+typedef void (*BgiParallelFor)(void *userData, uint32_t count, BgiTask task, void *taskData);
+
 /// What bgiCreateContext needs.
 typedef struct BgiContextCreateInfo {
     /// BGI_STRUCTURE_TYPE_CONTEXT_CREATE_INFO
@@ -186,6 +195,10 @@ typedef struct BgiContextCreateInfo {
     BgiLogCallback log;
     /// Handed to `log` as it is; may be used on any thread that calls the library.
     void *logUserData;
+    /// Optional; NULL: work is done on the calling thread. The result does not depend on it.
+    BgiParallelFor parallelFor;
+    /// Handed to `parallelFor` as it is.
+    void *parallelUserData;
 } BgiContextCreateInfo;
 
 /// An 8-bit sRGB colour texture.

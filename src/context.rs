@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::gpu::{Device, Pipelines, Player, Slot};
+use crate::parallel::{ParallelFor, Workers};
 use crate::passes;
 use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky};
 use crate::settings::Settings;
@@ -44,6 +45,9 @@ pub struct ContextDesc {
     /// 1 to 8. When `dispatch` is called for the n-th time, the GPU has finished with the command buffer of call
     /// n - frames_in_flight: the host's own frame fence already guarantees this.
     pub frames_in_flight: u32,
+    /// The host's threads, for `update_meshes` and `dispatch` calls in which many triangles have to be told apart by bricks;
+    /// None: the calling thread. The result does not depend on them.
+    pub parallel_for: Option<ParallelFor>,
 }
 
 /// A view of a context: a camera with its own probes and history.
@@ -178,7 +182,8 @@ impl Context {
         }
         // SAFETY: passed on.
         let device = unsafe { Device::new(&desc.device)? };
-        let world = World::new(&desc.settings, desc.frames_in_flight as usize)?;
+        let mut world = World::new(&desc.settings, desc.frames_in_flight as usize)?;
+        world.workers = Workers(desc.parallel_for);
         let mut context = Self {
             world,
             scene: Scene::new(&desc.settings),

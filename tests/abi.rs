@@ -58,7 +58,7 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         }
         BgiContextCreateInfo {
             s_type, p_next, abi_version, frames_in_flight, get_instance_proc_addr, instance, physical_device, device,
-            settings, log, log_user_data,
+            settings, log, log_user_data, parallel_for, parallel_user_data,
         }
         BgiTexture { s_type, p_next, id, width, height, rgba8 }
         BgiMaterial { s_type, p_next, id, base_color, emission, has_base_color_texture, base_color_texture }

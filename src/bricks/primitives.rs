@@ -1,6 +1,7 @@
 //! Which triangles touch which brick.
 
 use crate::gpu::shared::{BatchBrick, TIE_SHIFT, TWO_SIDED};
+use crate::parallel::Workers;
 use crate::scene::{Cluster, Instance, Mesh, Scene};
 use glam::{DVec3, IVec3, Vec3};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -79,7 +80,7 @@ pub struct PrimitiveIndex {
     pub bounds: Option<(DVec3, DVec3)>,
     /// Triangles that have been tested against bricks.
     #[cfg(test)]
-    tested: std::cell::Cell<u64>,
+    tested: u64,
 }
 
 impl PrimitiveIndex {
@@ -107,21 +108,29 @@ impl PrimitiveIndex {
         left.into_iter().collect()
     }
 
-    /// Enters an instance that is not there; returns the bricks that its triangles touch (or nearly touch).
-    pub fn insert(&mut self, id: u64, scene: &Scene, grid: &WorldGrid) -> &[IVec3] {
-        let index = self.free.pop().unwrap_or(self.placed.len() as u32);
-        if index as usize == self.placed.len() {
-            self.placed.push(Placed::default());
+    /// Enters instances that are not there.
+    pub fn insert(&mut self, ids: &[u64], scene: &Scene, grid: &WorldGrid, workers: &Workers) {
+        let mut entering = Vec::with_capacity(ids.len());
+        for id in ids {
+            let index = self.free.pop().unwrap_or(self.placed.len() as u32);
+            if index as usize == self.placed.len() {
+                self.placed.push(Placed::default());
+            }
+            self.placed[index as usize].id = *id;
+            self.index.insert(*id, index);
+            self.measure(index, scene, grid);
+            entering.push(index);
         }
-        self.placed[index as usize].id = id;
-        self.index.insert(id, index);
-        self.measure(index, scene, grid);
-        self.register(index, None, scene, grid);
-        &self.placed[index as usize].bricks
+        self.register(&entering, None, scene, grid, workers);
+    }
+
+    /// Bricks of the window that an instance's triangles touch (or nearly touch).
+    pub fn touched(&self, id: u64) -> &[IVec3] {
+        self.index.get(&id).map_or(&[], |index| &self.placed[*index as usize].bricks)
     }
 
     /// Moves the window: what leaves it is forgotten, and the bricks that enter it get their triangles.
-    pub fn follow(&mut self, window: BrickWindow, scene: &Scene, grid: &WorldGrid) {
+    pub fn follow(&mut self, window: BrickWindow, scene: &Scene, grid: &WorldGrid, workers: &Workers) {
         let before = self.window.replace(window);
         self.bricks.retain(|brick, _| window.holds(*brick));
         let mut entering = Vec::new();
@@ -134,9 +143,8 @@ impl PrimitiveIndex {
             }
         }
         entering.sort_unstable();
-        for (_, index) in entering {
-            self.register(index, before, scene, grid);
-        }
+        let entering: Vec<u32> = entering.into_iter().map(|(_, index)| index).collect();
+        self.register(&entering, before, scene, grid, workers);
     }
 
     /// Takes in an instance's bounds.
@@ -151,46 +159,62 @@ impl PrimitiveIndex {
         (own.first, own.last) = (brick_of(corners.0 - REACH), brick_of(corners.1 + REACH));
     }
 
-    /// Enters an instance's triangles in the window's bricks that are not in `known`: of those clusters that reach there.
-    fn register(&mut self, index: u32, known: Option<BrickWindow>, scene: &Scene, grid: &WorldGrid) {
-        let Self {
-            window,
-            bricks,
-            placed,
-            #[cfg(test)]
-            tested,
-            ..
-        } = self;
-        let own = &mut placed[index as usize];
-        let Some(instance) = scene.instances.get(&own.id) else { return };
-        let (Some(mesh), Some(window)) = (scene.meshes.get(&instance.mesh), *window) else { return };
-        let (id, mut entered, mut unsorted) = (own.id, std::mem::take(&mut own.bricks), Vec::new());
-        let id_of = |p: &Primitive| placed[p.instance as usize].id;
-        let reached = mesh.clusters.iter().filter(|c| {
-            let (first, last) = bricks_of(c, instance, grid);
-            let (first, last) = (first.max(window.low), last.min(window.last()));
-            first.cmple(last).all() && known.is_none_or(|w| !w.holds(first) || !w.holds(last))
-        });
-        for triangle in reached.flat_map(|c| c.triangles.clone()) {
-            #[cfg(test)]
-            tested.set(tested.get() + 1);
-            let corners = mesh.triangles[triangle as usize].map(|i| place(mesh.positions[i as usize], instance, grid));
-            bricks_near(corners, &window, |brick| {
-                if known.is_some_and(|w| w.holds(brick)) {
-                    return;
+    /// Enters instances' triangles in the window's bricks that are not in `known`: workers find them, and they are entered
+    /// in the order of the instances.
+    fn register(
+        &mut self,
+        entering: &[u32],
+        known: Option<BrickWindow>,
+        scene: &Scene,
+        grid: &WorldGrid,
+        workers: &Workers,
+    ) {
+        let Some(window) = self.window else { return };
+        let (mut tasks, mut triangles) = (vec![Vec::new()], 0);
+        for index in entering {
+            let Some(instance) = scene.instances.get(&self.placed[*index as usize].id) else { continue };
+            let Some(mesh) = scene.meshes.get(&instance.mesh) else { continue };
+            for cluster in &mesh.clusters {
+                if triangles >= TASK_TRIANGLES {
+                    tasks.push(Vec::new());
+                    triangles = 0;
                 }
-                let list = bricks.entry(brick).or_default();
-                if list.last().is_none_or(|p| p.instance != index) {
-                    entered.push(brick);
-                    unsorted.extend(list.last().filter(|p| id_of(p) > id).map(|_| brick));
+                triangles += cluster.triangles.len();
+                tasks.last_mut().expect("there is one").push((*index, instance, mesh, cluster));
+            }
+        }
+        let mut unsorted = Vec::new();
+        for round in tasks.chunks(ROUND_TASKS) {
+            let found = workers.map(round.len(), |task| {
+                let mut hits = Hits::default();
+                for (index, instance, mesh, cluster) in &round[task] {
+                    hits.find(*index, instance, mesh, cluster, grid, &window, known.as_ref());
                 }
-                list.push(Primitive { instance: index, triangle });
+                hits
             });
+            for hits in found {
+                self.enter(&hits, &mut unsorted);
+            }
         }
+        let id_of = |p: &Primitive| self.placed[p.instance as usize].id;
         for brick in unsorted {
-            bricks.entry(brick).and_modify(|list| list.sort_by_key(|p| (id_of(p), p.triangle)));
+            self.bricks.entry(brick).and_modify(|list| list.sort_by_key(|p| (id_of(p), p.triangle)));
         }
-        self.placed[index as usize].bricks = entered;
+    }
+
+    /// Enters what has been found; lists in which it stands too late are added to `unsorted`.
+    fn enter(&mut self, hits: &Hits, unsorted: &mut Vec<IVec3>) {
+        #[cfg(test)]
+        (self.tested += hits.tested);
+        for (brick, primitive) in &hits.found {
+            let list = self.bricks.entry(*brick).or_default();
+            if list.last().is_none_or(|p| p.instance != primitive.instance) {
+                let id_of = |p: &Primitive| self.placed[p.instance as usize].id;
+                unsorted.extend(list.last().filter(|p| id_of(p) > id_of(primitive)).map(|_| *brick));
+                self.placed[primitive.instance as usize].bricks.push(*brick);
+            }
+            list.push(*primitive);
+        }
     }
 
     /// Whether a brick holds triangles.
@@ -243,6 +267,50 @@ impl PrimitiveIndex {
             place: place.x | place.y << 2 | place.z << 4,
         });
         list.len() <= MAX_TRIANGLES
+    }
+}
+
+/// Triangles that a task tests, about.
+const TASK_TRIANGLES: usize = 1024;
+/// Tasks whose hits are held at once.
+const ROUND_TASKS: usize = 64;
+
+/// Which triangles touch which bricks.
+#[derive(Default)]
+struct Hits {
+    found: Vec<(IVec3, Primitive)>,
+    #[cfg(test)]
+    tested: u64,
+}
+
+impl Hits {
+    /// Adds a cluster's triangles in the window's bricks that are not in `known`.
+    #[expect(clippy::too_many_arguments, reason = "a cluster, where it is, and where it is looked for")]
+    fn find(
+        &mut self,
+        index: u32,
+        instance: &Instance,
+        mesh: &Mesh,
+        cluster: &Cluster,
+        grid: &WorldGrid,
+        window: &BrickWindow,
+        known: Option<&BrickWindow>,
+    ) {
+        let (first, last) = bricks_of(cluster, instance, grid);
+        let (first, last) = (first.max(window.low), last.min(window.last()));
+        if first.cmpgt(last).any() || known.is_some_and(|w| w.holds(first) && w.holds(last)) {
+            return;
+        }
+        for triangle in cluster.triangles.clone() {
+            #[cfg(test)]
+            (self.tested += 1);
+            let corners = mesh.triangles[triangle as usize].map(|i| place(mesh.positions[i as usize], instance, grid));
+            bricks_near(corners, window, |brick| {
+                if known.is_none_or(|w| !w.holds(brick)) {
+                    self.found.push((brick, Primitive { instance: index, triangle }));
+                }
+            });
+        }
     }
 }
 

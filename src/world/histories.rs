@@ -114,12 +114,10 @@ fn after_any_history_bricks_list_what_the_scene_holds() {
         }
         let Some(window) = world.table.window_bricks() else { continue };
         let mut fresh = PrimitiveIndex::default();
-        fresh.follow(window, &scene, &world.grid);
+        fresh.follow(window, &scene, &world.grid, &Workers::default());
         let mut ids: Vec<u64> = scene.instances.keys().copied().collect();
         ids.sort_unstable();
-        for id in ids {
-            fresh.insert(id, &scene, &world.grid);
-        }
+        fresh.insert(&ids, &scene, &world.grid, &Workers::default());
         let lists = world.primitives.lists();
         assert!(lists == fresh.lists(), "operation {operation}");
         let waiting = world.table.next(usize::MAX, &Viewpoint::all_round(DVec3::ZERO));

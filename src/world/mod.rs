@@ -12,6 +12,7 @@ use crate::gpu::shared::{
     Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
 };
 use crate::gpu::{Bound, Device, Replaced, Slot};
+use crate::parallel::Workers;
 use crate::passes;
 use crate::scene::{Light, Scene};
 use crate::settings::Settings;
@@ -66,6 +67,8 @@ struct Flight {
 pub struct World {
     pub table: BrickTable,
     primitives: PrimitiveIndex,
+    /// They find which triangles touch which bricks.
+    pub workers: Workers,
     pub grid: WorldGrid,
     memory: Memory,
     flights: Vec<Flight>,
@@ -105,6 +108,7 @@ impl World {
             memory: Memory::new(settings, frames_in_flight, u64::from(table.grid.words()) * 4)?,
             table,
             primitives: PrimitiveIndex::default(),
+            workers: Workers::default(),
             grid: WorldGrid {
                 voxel_size: f64::from(settings.voxel_size),
                 offset: DVec3::from(settings.grid_offset.map(f64::from)),
@@ -137,10 +141,9 @@ impl World {
     pub fn instances_changed(&mut self, changed: &[u64], scene: &Scene) {
         let left = self.primitives.remove(changed);
         self.table.touch(&left);
-        for id in changed.iter().filter(|id| scene.instances.contains_key(id)) {
-            let entered = self.primitives.insert(*id, scene, &self.grid);
-            self.table.touch(entered);
-        }
+        let present: Vec<u64> = changed.iter().filter(|id| scene.instances.contains_key(id)).copied().collect();
+        self.primitives.insert(&present, scene, &self.grid, &self.workers);
+        present.iter().for_each(|id| self.table.touch(self.primitives.touched(*id)));
         left.into_iter().filter(|b| !self.primitives.holds(*b)).for_each(|b| self.table.forget(b));
     }
 
@@ -148,7 +151,7 @@ impl World {
     fn follow(&mut self, eye: DVec3, scene: &Scene) {
         if self.table.follow(eye, self.primitives.bounds) {
             let window = self.table.window_bricks().expect("it has just moved");
-            self.primitives.follow(window, scene, &self.grid);
+            self.primitives.follow(window, scene, &self.grid, &self.workers);
             self.table.enter(self.primitives.bricks());
         }
     }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::bricks::{BrickWindow, MAX_TRIANGLES, PrimitiveIndex, WorldGrid};
+use crate::parallel::Workers;
 use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate};
 use crate::twin::shapes::{Shape, bumpy_sphere, plate, terrain};
 use glam::{DVec2, IVec3};
@@ -52,9 +53,9 @@ fn a_dense_mesh_costs_what_its_voxels_need() {
     let grid = WorldGrid { voxel_size: voxel, offset: DVec3::ZERO };
     let entered = |scene: &Scene| {
         let mut index = PrimitiveIndex::default();
-        index.follow(BrickWindow { low: IVec3::splat(-16), size: IVec3::splat(32) }, scene, &grid);
+        index.follow(BrickWindow { low: IVec3::splat(-16), size: IVec3::splat(32) }, scene, &grid, &Workers::default());
         let start = Instant::now();
-        index.insert(1, scene, &grid);
+        index.insert(&[1], scene, &grid, &Workers::default());
         let (time, lists) = (start.elapsed(), index.lists());
         let (listed, longest) = lists.values().fold((0, 0), |s, l| (s.0 + l.len(), s.1.max(l.len())));
         println!("entered in {time:.1?}: {} bricks of {}, {longest} at most", lists.len(), listed / lists.len());
