@@ -108,5 +108,5 @@ fn tests_for_each_face() {
         each(gathered, faces),
         each(cut, faces)
     );
-    assert!(given.is_some() || marked + gathered < 24 * faces, "few triangles: few tests");
+    assert!(given.is_some() || marked + gathered < 26 * faces, "few triangles: few tests");
 }
