@@ -47,9 +47,10 @@ pub struct Settings {
     /// earlier frames, bricks are handed to the GPU as far as they will fit, one at least and
     /// `voxelize_bricks_per_frame` at most. Without effect where the device has no timestamps.
     pub voxelize_ms: f32,
-    /// By how much dense meshes may be simplified, in voxels, 0 to 1; default 0.1; 0: not at all. Triangles that voxels
-    /// cannot tell apart are merged when a mesh is added, for the largest scale of its instances, and anew when a larger
-    /// one comes. What the host handed over is kept beside what is left.
+    /// By how much dense meshes may be simplified, in voxels, 0 to 1; default 0: not at all. 0.1 suits meshes with many
+    /// triangles a voxel. Triangles that voxels cannot tell apart are merged in the call that brings a mesh's first
+    /// instance, for the largest scale of its instances, and anew when a larger one comes. What the host handed over is
+    /// kept beside what is left.
     pub simplify_voxels: f32,
     /// Voxel faces lit a frame, 64 to 4 194 240; default 131 072. The main cost of lighting. At most what an eighth of
     /// `memory_budget` holds at 12 bytes a face.
@@ -78,7 +79,7 @@ impl Default for Settings {
             memory_budget: 28 << 20,
             voxelize_bricks_per_frame: 512,
             voxelize_ms: 0.0,
-            simplify_voxels: 0.1,
+            simplify_voxels: 0.0,
             light_faces_per_frame: 131_072,
             bounce_rays: 4,
             direct_samples: 2,

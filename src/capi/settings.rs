@@ -66,9 +66,10 @@ pub struct BgiSettings {
     /// earlier frames, bricks are handed to the GPU as far as they will fit, one at least and voxelizeBricksPerFrame at
     /// most. Without effect where the device has no timestamps.
     pub voxelize_ms: f32,
-    /// By how much dense meshes may be simplified, in voxels, 0 to 1; default 0.1; 0: not at all. Triangles that voxels
-    /// cannot tell apart are merged when a mesh is added, for the largest scale of its instances, and anew when a larger
-    /// one comes. What the host handed over is kept beside what is left.
+    /// By how much dense meshes may be simplified, in voxels, 0 to 1; default 0: not at all. 0.1 suits meshes with many
+    /// triangles a voxel. Triangles that voxels cannot tell apart are merged in the call that brings a mesh's first
+    /// instance, for the largest scale of its instances, and anew when a larger one comes. What the host handed over is
+    /// kept beside what is left.
     pub simplify_voxels: f32,
 }
 

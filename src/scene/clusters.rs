@@ -18,13 +18,20 @@ pub struct Cluster {
     pub high: Vec3,
 }
 
+/// Whether the library that sorts and simplifies can tell positions apart: their extent is a number.
+pub(super) fn is_bounded(positions: &[Vec3]) -> bool {
+    let (low, high) = positions.iter().fold((Vec3::MAX, Vec3::MIN), |b, p| (b.0.min(*p), b.1.max(*p)));
+    (high - low).is_finite()
+}
+
 impl Mesh {
     /// Sorts a large mesh's triangles along a space-filling curve and makes its clusters, unless that is done.
     pub(super) fn cluster(&mut self) {
         if !self.clusters.is_empty() {
             return;
         }
-        if self.triangles.len() >= LARGE {
+        let large = self.triangles.len() >= LARGE && is_bounded(&self.positions);
+        if large {
             // A vertex belongs to one body, and a body has one side or two.
             let mut two_sided = vec![false; self.positions.len()];
             for (t, sided) in self.triangles.iter().zip(&self.two_sided) {
@@ -38,7 +45,7 @@ impl Mesh {
             self.triangles = sorted.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
             self.two_sided = self.triangles.iter().map(|t| two_sided[t[0] as usize]).collect();
         }
-        let size = if self.triangles.len() >= LARGE { CLUSTER } else { self.triangles.len().max(1) };
+        let size = if large { CLUSTER } else { self.triangles.len().max(1) };
         let positions = &self.positions;
         let cluster = |(first, run): (usize, &[[u32; 3]])| {
             let corners = run.as_flattened().iter().map(|i| positions[*i as usize]);

@@ -5,6 +5,7 @@
 //! than two sheets. Seams and creases shorten along themselves. Solids keep their thickness: where the two sides of a
 //! wall came together, neither would be left.
 
+use super::clusters::is_bounded;
 use super::sheets::{self, Sets};
 use super::store::{Mesh, Scene};
 use glam::{DMat3, DVec3, Vec2, Vec3};
@@ -108,7 +109,7 @@ impl Mesh {
         let before = self.simplification.scale;
         let again = self.simplification.original.is_some();
         self.simplification.scale = f64::INFINITY;
-        if self.given() < DENSE || before > 0.0 && !again {
+        if self.given() < DENSE || !is_bounded(&self.positions) {
             return false;
         }
         let original = match self.simplification.original.take() {

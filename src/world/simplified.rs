@@ -37,7 +37,7 @@ fn voxels(simplify_voxels: f32) -> (BTreeMap<[i32; 3], Voxel>, u64) {
 
 #[test]
 fn voxels_of_a_simplified_mesh_are_those_of_the_mesh() {
-    let tolerance = Settings::default().simplify_voxels;
+    let tolerance = 0.1;
     let ((before, given), (after, kept)) = (voxels(0.0), voxels(tolerance));
     let common: Vec<_> = before.iter().filter_map(|(at, v)| Some((v, after.get(at)?))).collect();
     let (mut offsets, mut angles, mut sides) = (0.0, 0.0, 0);

@@ -203,6 +203,15 @@ fn a_mesh_is_as_fine_as_its_largest_instance_needs() {
     assert_eq!(scene.triangles, Triangles::default());
 }
 
+/// As the largest floats make it: what it is worth is another matter.
+#[test]
+fn a_mesh_without_bounds_stays_as_it_is() {
+    let mut shape = bumpy_sphere(8.0, 20, 40);
+    (shape.0[0], shape.0[1]) = ([3e38; 3], [-3e38; 3]);
+    let mesh = simplified(&shape, &[], 0.125);
+    assert_eq!((mesh.triangles.len(), mesh.clusters.len()), (shape.1.len() / 3, 1));
+}
+
 #[test]
 fn the_bound_of_a_scale_holds_and_is_exact_for_similarities() {
     let turned = DMat3::from_cols_array_2d(&TURNED.map(|c| c.map(f64::from)));
