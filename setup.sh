@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs what the build and the tests need and the machine lacks: a C compiler, the Vulkan loader and headers, a Vulkan
+# Installs what the build and the tests need and the machine lacks: a C and a C++ compiler, the Vulkan loader and headers, a Vulkan
 # driver and the validation layer. Does nothing where all of it is there. A GPU's own driver is not touched: Mesa's
 # software driver (lavapipe) only stands beside it, and programs here prefer a GPU.
 set -eu
@@ -17,6 +17,7 @@ has_file() { for file; do [ -e "$file" ] && return; done; return 1; }
 data=/usr/share/vulkan
 etc=/etc/vulkan
 need gcc command -v cc
+need g++ command -v c++
 need pkg-config command -v pkg-config
 need libvulkan1 has_library libvulkan.so.1
 need libvulkan-dev has_file /usr/include/vulkan/vulkan_core.h /usr/local/include/vulkan/vulkan_core.h

@@ -150,6 +150,11 @@ typedef struct BgiSettings {
     /// 1: faces that neither light nor eye can reach go without light of their own while the world does not fit into
     /// memoryBudget otherwise. 0: never; the default.
     uint32_t regionCulling;
+    /// By how much dense meshes may be simplified, in voxels, 0 to 1; default 0: not at all. 0.1 suits meshes with many
+    /// triangles a voxel. Triangles that voxels cannot tell apart are merged in the call that brings a mesh's first
+    /// instance, for the largest scale of its instances, and anew when a larger one comes. What the host handed over is
+    /// kept beside what is left.
+    float simplifyVoxels;
 } BgiSettings;
 
 /// Severity of a log line: one of BGI_LOG_*.
@@ -159,6 +164,15 @@ typedef uint32_t BgiLogSeverity;
 /// thread that made the API call, with no lock held: the library may be called from inside. Must return (no exception,
 /// no longjmp).
 typedef void (*BgiLogCallback)(void *userData, BgiLogSeverity severity, const char *message);
+
+/// A piece of the library's work. Never throws; takes some ten microseconds to some milliseconds.
+typedef void (*BgiTask)(void *taskData, uint32_t index);
+
+/// Calls task(taskData, index) once for each index below `count`, on any threads and in any order, at once or one after
+/// the other, and returns when all these calls have. Called by bgiUpdateMeshes and bgiDispatch, on their thread, where
+/// there is much to do. Neither it nor the tasks' threads may meanwhile call the library on that context. Must return (no
+/// exception, no longjmp).
+typedef void (*BgiParallelFor)(void *userData, uint32_t count, BgiTask task, void *taskData);
 
 /// What bgiCreateContext needs.
 typedef struct BgiContextCreateInfo {
@@ -186,6 +200,10 @@ typedef struct BgiContextCreateInfo {
     BgiLogCallback log;
     /// Handed to `log` as it is; may be used on any thread that calls the library.
     void *logUserData;
+    /// Optional; NULL: work is done on the calling thread. The result does not depend on it.
+    BgiParallelFor parallelFor;
+    /// Handed to `parallelFor` as it is.
+    void *parallelUserData;
 } BgiContextCreateInfo;
 
 /// An 8-bit sRGB colour texture.
@@ -510,6 +528,10 @@ typedef struct BgiStats {
     struct BgiPassTime *passes;
     /// Optional: receives every device allocation.
     struct BgiResourceSize *resources;
+    /// Out: triangles of all meshes, as the host handed them over.
+    uint64_t meshTriangles;
+    /// Out: those that are kept of them; see simplifyVoxels.
+    uint64_t keptTriangles;
 } BgiStats;
 
 /// Done.

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::gpu::{Device, Pipelines, Player, Slot, Target};
+use crate::parallel::{ParallelFor, Workers};
 use crate::passes::bricks::VOXELIZE_PASSES;
 use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky};
 use crate::settings::Settings;
@@ -44,6 +45,9 @@ pub struct ContextDesc {
     /// 1 to 8. When `dispatch` is called for the n-th time, the GPU has finished with the command buffer of call
     /// n - frames_in_flight: the host's own frame fence already guarantees this.
     pub frames_in_flight: u32,
+    /// The host's threads, for `update_meshes` and `dispatch` calls in which many triangles have to be told apart by bricks;
+    /// None: the calling thread. The result does not depend on them.
+    pub parallel_for: Option<ParallelFor>,
 }
 
 /// A view of a context: a camera with its own probes and history.
@@ -134,6 +138,10 @@ pub struct Stats {
     pub meshes_pending: u32,
     /// Rays traced in the frame.
     pub rays: u64,
+    /// Triangles of all meshes, as the host handed them over.
+    pub mesh_triangles: u64,
+    /// Those that are kept of them ([`Settings::simplify_voxels`]).
+    pub kept_triangles: u64,
     /// Dispatch calls so far.
     pub frames: u64,
 }
@@ -184,10 +192,11 @@ impl Context {
         }
         // SAFETY: passed on.
         let device = unsafe { Device::new(&desc.device)? };
-        let world = World::new(&desc.settings, desc.frames_in_flight as usize)?;
+        let mut world = World::new(&desc.settings, desc.frames_in_flight as usize)?;
+        world.workers = Workers(desc.parallel_for);
         let mut context = Self {
             world,
-            scene: Scene::default(),
+            scene: Scene::new(&desc.settings),
             views: HashMap::new(),
             next_view: 1,
             slots: Vec::new(),
@@ -217,6 +226,8 @@ impl Context {
         self.world.readback.update(update)?;
         self.stats.meshes_pending = self.world.readback.pending();
         let changed = self.scene.apply(update);
+        (self.stats.mesh_triangles, self.stats.kept_triangles) =
+            (self.scene.triangles.given, self.scene.triangles.kept);
         self.world.instances_changed(&changed, &self.scene);
         Ok(())
     }

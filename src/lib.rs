@@ -31,6 +31,7 @@
 //! | `scene/` | what the host said: meshes, instances, materials, lights, sky, cameras |
 //! | `bricks/` | which bricks exist, where they lie in memory, which are next; CPU only |
 //! | `world/`, `view.rs` | the world's and a view's part of a frame, and their memory on the GPU |
+//! | `parallel.rs` | work on the host's threads |
 //! | `frame.rs` | the frame as a list |
 //! | `passes/` | what goes into the list: inputs, shader, extent |
 //! | `gpu/` | every Vulkan call: device, memory, pipelines, player, timestamps |
@@ -46,6 +47,7 @@ mod context;
 mod error;
 mod frame;
 mod gpu;
+mod parallel;
 mod passes;
 pub mod scene;
 mod settings;
@@ -58,4 +60,5 @@ pub use context::{
     Context, ContextDesc, DeviceHandles, DeviceRequirements, FrameInputs, PassTime, ResourceSize, Stats, ViewId,
 };
 pub use error::{Error, Result};
+pub use parallel::ParallelFor;
 pub use settings::{HitModel, Preset, Settings};

@@ -47,6 +47,11 @@ pub struct Settings {
     /// earlier frames, bricks are handed to the GPU as far as they will fit, one at least and
     /// `voxelize_bricks_per_frame` at most. Without effect where the device has no timestamps.
     pub voxelize_ms: f32,
+    /// By how much dense meshes may be simplified, in voxels, 0 to 1; default 0: not at all. 0.1 suits meshes with many
+    /// triangles a voxel. Triangles that voxels cannot tell apart are merged in the call that brings a mesh's first
+    /// instance, for the largest scale of its instances, and anew when a larger one comes. What the host handed over is
+    /// kept beside what is left.
+    pub simplify_voxels: f32,
     /// Voxel faces lit a frame, 64 to 4 194 240; default 131 072. The main cost of lighting. At most what an eighth of
     /// `memory_budget` holds at 12 bytes a face.
     pub light_faces_per_frame: u32,
@@ -77,6 +82,7 @@ impl Default for Settings {
             memory_budget: 28 << 20,
             voxelize_bricks_per_frame: 512,
             voxelize_ms: 0.0,
+            simplify_voxels: 0.0,
             light_faces_per_frame: 131_072,
             bounce_rays: 4,
             direct_samples: 2,
@@ -118,6 +124,7 @@ impl Settings {
         in_range(self.memory_budget >= 1 << 20, "memory_budget must be at least 1 MiB")?;
         in_range((1..=4096).contains(&self.voxelize_bricks_per_frame), "voxelize_bricks_per_frame must be 1 to 4096")?;
         in_range((0.0..=1000.0).contains(&self.voxelize_ms), "voxelize_ms must be 0 to 1000")?;
+        in_range((0.0..=1.0).contains(&self.simplify_voxels), "simplify_voxels must be 0 to 1")?;
         in_range(
             (64..=4_194_240).contains(&self.light_faces_per_frame),
             "light_faces_per_frame must be 64 to 4194240",

@@ -54,11 +54,11 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiSettings {
             s_type, p_next, voxel_size, grid_offset, coverage_groups, voxelize_bricks_per_frame, memory_budget,
             light_faces_per_frame, bounce_rays, direct_samples, hit_model, probe_tile, temporal_frames, pixel_rays,
-            voxelize_ms, region_culling,
+            voxelize_ms, region_culling, simplify_voxels,
         }
         BgiContextCreateInfo {
             s_type, p_next, abi_version, frames_in_flight, get_instance_proc_addr, instance, physical_device, device,
-            settings, log, log_user_data,
+            settings, log, log_user_data, parallel_for, parallel_user_data,
         }
         BgiTexture { s_type, p_next, id, width, height, rgba8 }
         BgiMaterial { s_type, p_next, id, base_color, emission, has_base_color_texture, base_color_texture, transmittance, use_texture_alpha }
@@ -82,7 +82,7 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiStats {
             s_type, p_next, frame_ms, cpu_ms, world_bytes, view_bytes, rays, frames, bricks, bricks_missing,
             bricks_left_out, bricks_missing_in_view, bricks_voxelized, faces, faces_unreached, pages, meshes_pending,
-            pass_count, resource_count, passes, resources,
+            pass_count, resource_count, passes, resources, mesh_triangles, kept_triangles,
         }
     }
     constants! { text: BGI_ABI_VERSION BGI_API_VERSION BGI_ERROR_INTERNAL BGI_STRUCTURE_TYPE_STATS BGI_MAX_COUNT }

@@ -17,6 +17,8 @@ pub use cells::Cells;
 pub use grid::Grid;
 pub use light_queue::LightBudget;
 use light_queue::LightQueue;
+#[cfg(test)]
+pub use primitives::CubeTest;
 pub use primitives::{Batch, BrickWindow, MAX_TRIANGLES, PrimitiveIndex, WorldGrid};
 pub use regions::{Mask, Regions};
 pub use table::{BrickTable, Finished};

@@ -2,7 +2,8 @@
 
 use super::Mask;
 use crate::gpu::shared::{BatchBrick, NONE, REACH_WORDS, TIE_SHIFT, TRANSLUCENT, TWO_SIDED};
-use crate::scene::{Instance, Mesh, Scene};
+use crate::parallel::Workers;
+use crate::scene::{Cluster, Instance, Mesh, Scene};
 use glam::{DVec3, IVec3, Vec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -78,8 +79,9 @@ pub struct PrimitiveIndex {
     index: FxHashMap<u64, u32>,
     /// Corners of everything that has ever been entered, voxels.
     pub bounds: Option<(DVec3, DVec3)>,
-    /// An instance's vertices, voxels; kept for its memory.
-    vertices: Vec<DVec3>,
+    /// Triangles that have been tested against bricks.
+    #[cfg(test)]
+    tested: u64,
 }
 
 impl PrimitiveIndex {
@@ -107,20 +109,29 @@ impl PrimitiveIndex {
         left.into_iter().collect()
     }
 
-    /// Enters an instance that is not there; returns the bricks that its triangles touch (or nearly touch).
-    pub fn insert(&mut self, id: u64, scene: &Scene, grid: &WorldGrid) -> &[IVec3] {
-        let index = self.free.pop().unwrap_or(self.placed.len() as u32);
-        if index as usize == self.placed.len() {
-            self.placed.push(Placed::default());
+    /// Enters instances that are not there.
+    pub fn insert(&mut self, ids: &[u64], scene: &Scene, grid: &WorldGrid, workers: &Workers) {
+        let mut entering = Vec::with_capacity(ids.len());
+        for id in ids {
+            let index = self.free.pop().unwrap_or(self.placed.len() as u32);
+            if index as usize == self.placed.len() {
+                self.placed.push(Placed::default());
+            }
+            self.placed[index as usize].id = *id;
+            self.index.insert(*id, index);
+            self.measure(index, scene, grid);
+            entering.push(index);
         }
-        self.placed[index as usize].id = id;
-        self.index.insert(id, index);
-        self.register(index, None, scene, grid);
-        &self.placed[index as usize].bricks
+        self.register(&entering, None, scene, grid, workers);
+    }
+
+    /// Bricks of the window that an instance's triangles touch (or nearly touch).
+    pub fn touched(&self, id: u64) -> &[IVec3] {
+        self.index.get(&id).map_or(&[], |index| &self.placed[*index as usize].bricks)
     }
 
     /// Moves the window: what leaves it is forgotten, and the bricks that enter it get their triangles.
-    pub fn follow(&mut self, window: BrickWindow, scene: &Scene, grid: &WorldGrid) {
+    pub fn follow(&mut self, window: BrickWindow, scene: &Scene, grid: &WorldGrid, workers: &Workers) {
         let before = self.window.replace(window);
         self.bricks.retain(|brick, _| window.holds(*brick));
         let mut entering = Vec::new();
@@ -133,44 +144,78 @@ impl PrimitiveIndex {
             }
         }
         entering.sort_unstable();
-        for (_, index) in entering {
-            self.register(index, before, scene, grid);
+        let entering: Vec<u32> = entering.into_iter().map(|(_, index)| index).collect();
+        self.register(&entering, before, scene, grid, workers);
+    }
+
+    /// Takes in an instance's bounds.
+    fn measure(&mut self, index: u32, scene: &Scene, grid: &WorldGrid) {
+        let own = &mut self.placed[index as usize];
+        let Some(instance) = scene.instances.get(&own.id) else { return };
+        let Some(mesh) = scene.meshes.get(&instance.mesh).filter(|m| !m.positions.is_empty()) else { return };
+        let vertices = mesh.positions.iter().map(|p| place(*p, instance, grid));
+        let corners = vertices.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |b, v| (b.0.min(v), b.1.max(v)));
+        let (low, high) = self.bounds.unwrap_or(corners);
+        self.bounds = Some((low.min(corners.0), high.max(corners.1)));
+        (own.first, own.last) = (brick_of(corners.0 - REACH), brick_of(corners.1 + REACH));
+    }
+
+    /// Enters instances' triangles in the window's bricks that are not in `known`: workers find them, and they are entered
+    /// in the order of the instances.
+    fn register(
+        &mut self,
+        entering: &[u32],
+        known: Option<BrickWindow>,
+        scene: &Scene,
+        grid: &WorldGrid,
+        workers: &Workers,
+    ) {
+        let Some(window) = self.window else { return };
+        let (mut tasks, mut triangles) = (vec![Vec::new()], 0);
+        for index in entering {
+            let Some(instance) = scene.instances.get(&self.placed[*index as usize].id) else { continue };
+            let Some(mesh) = scene.meshes.get(&instance.mesh) else { continue };
+            for cluster in &mesh.clusters {
+                if triangles >= TASK_TRIANGLES {
+                    tasks.push(Vec::new());
+                    triangles = 0;
+                }
+                triangles += cluster.triangles.len();
+                tasks.last_mut().expect("there is one").push((*index, instance, mesh, cluster));
+            }
+        }
+        let mut unsorted = Vec::new();
+        for round in tasks.chunks(ROUND_TASKS) {
+            let found = workers.map(round.len(), |task| {
+                let mut hits = Hits::default();
+                for (index, instance, mesh, cluster) in &round[task] {
+                    hits.find(*index, instance, mesh, cluster, grid, &window, known.as_ref());
+                }
+                hits
+            });
+            for hits in found {
+                self.enter(&hits, &mut unsorted);
+            }
+        }
+        let id_of = |p: &Primitive| self.placed[p.instance as usize].id;
+        for brick in unsorted {
+            self.bricks.entry(brick).and_modify(|list| list.sort_by_key(|p| (id_of(p), p.triangle)));
         }
     }
 
-    /// Enters an instance's triangles in the window's bricks that are not in `known`.
-    fn register(&mut self, index: u32, known: Option<BrickWindow>, scene: &Scene, grid: &WorldGrid) {
-        let Self { window, bricks, placed, bounds, vertices, .. } = self;
-        let own = &mut placed[index as usize];
-        let Some(instance) = scene.instances.get(&own.id) else { return };
-        let Some(mesh) = scene.meshes.get(&instance.mesh).filter(|m| !m.positions.is_empty()) else { return };
-        vertices.clear();
-        vertices.extend(mesh.positions.iter().map(|p| place(*p, instance, grid)));
-        let corners = vertices.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |b, v| (b.0.min(*v), b.1.max(*v)));
-        let (low, high) = bounds.unwrap_or(corners);
-        *bounds = Some((low.min(corners.0), high.max(corners.1)));
-        (own.first, own.last) = (brick_of(corners.0 - REACH), brick_of(corners.1 + REACH));
-        let Some(window) = *window else { return };
-        let (id, mut entered, mut unsorted) = (own.id, std::mem::take(&mut own.bricks), Vec::new());
-        let id_of = |p: &Primitive| placed[p.instance as usize].id;
-        for (triangle, corners) in (0..).zip(&mesh.triangles) {
-            let corners = corners.map(|i| vertices[i as usize]);
-            bricks_near(corners, &window, |brick| {
-                if known.is_some_and(|w| w.holds(brick)) {
-                    return;
-                }
-                let list = bricks.entry(brick).or_default();
-                if list.last().is_none_or(|p| p.instance != index) {
-                    entered.push(brick);
-                    unsorted.extend(list.last().filter(|p| id_of(p) > id).map(|_| brick));
-                }
-                list.push(Primitive { instance: index, triangle });
-            });
+    /// Enters what has been found; lists in which it stands too late are added to `unsorted`.
+    fn enter(&mut self, hits: &Hits, unsorted: &mut Vec<IVec3>) {
+        #[cfg(test)]
+        (self.tested += hits.tested);
+        for (brick, primitive) in &hits.found {
+            let list = self.bricks.entry(*brick).or_default();
+            if list.last().is_none_or(|p| p.instance != primitive.instance) {
+                let id_of = |p: &Primitive| self.placed[p.instance as usize].id;
+                unsorted.extend(list.last().filter(|p| id_of(p) > id_of(primitive)).map(|_| *brick));
+                self.placed[primitive.instance as usize].bricks.push(*brick);
+            }
+            list.push(*primitive);
         }
-        for brick in unsorted {
-            bricks.entry(brick).and_modify(|list| list.sort_by_key(|p| (id_of(p), p.triangle)));
-        }
-        self.placed[index as usize].bricks = entered;
     }
 
     /// Whether a brick holds triangles.
@@ -227,6 +272,50 @@ impl PrimitiveIndex {
         });
         batch.masks.extend(mask);
         list.len() <= MAX_TRIANGLES
+    }
+}
+
+/// Triangles that a task tests, about.
+const TASK_TRIANGLES: usize = 1024;
+/// Tasks whose hits are held at once.
+const ROUND_TASKS: usize = 64;
+
+/// Which triangles touch which bricks.
+#[derive(Default)]
+struct Hits {
+    found: Vec<(IVec3, Primitive)>,
+    #[cfg(test)]
+    tested: u64,
+}
+
+impl Hits {
+    /// Adds a cluster's triangles in the window's bricks that are not in `known`.
+    #[expect(clippy::too_many_arguments, reason = "a cluster, where it is, and where it is looked for")]
+    fn find(
+        &mut self,
+        index: u32,
+        instance: &Instance,
+        mesh: &Mesh,
+        cluster: &Cluster,
+        grid: &WorldGrid,
+        window: &BrickWindow,
+        known: Option<&BrickWindow>,
+    ) {
+        let (first, last) = bricks_of(cluster, instance, grid);
+        let (first, last) = (first.max(window.low), last.min(window.last()));
+        if first.cmpgt(last).any() || known.is_some_and(|w| w.holds(first) && w.holds(last)) {
+            return;
+        }
+        for triangle in cluster.triangles.clone() {
+            #[cfg(test)]
+            (self.tested += 1);
+            let corners = mesh.triangles[triangle as usize].map(|i| place(mesh.positions[i as usize], instance, grid));
+            bricks_near(corners, window, |brick| {
+                if known.is_none_or(|w| !w.holds(brick)) {
+                    self.found.push((brick, Primitive { instance: index, triangle }));
+                }
+            });
+        }
     }
 }
 
@@ -325,6 +414,16 @@ fn place(p: Vec3, instance: &Instance, grid: &WorldGrid) -> DVec3 {
     grid.to_voxels(instance.linear * p.as_dvec3() + instance.translation)
 }
 
+/// Bricks that a cluster's bounds reach.
+fn bricks_of(cluster: &Cluster, instance: &Instance, grid: &WorldGrid) -> (IVec3, IVec3) {
+    let [low, high] = [cluster.low, cluster.high].map(Vec3::as_dvec3);
+    let middle = grid.to_voxels(instance.linear * ((low + high) / 2.0) + instance.translation);
+    let half = instance.linear.abs() * ((high - low) / 2.0) / grid.voxel_size;
+    // More than rounding takes.
+    let reach = half + REACH + 1e-4;
+    (brick_of(middle - reach), brick_of(middle + reach))
+}
+
 /// Triangles of one brick that are looked at; voxelisation packs their index into 16 bits.
 pub const MAX_TRIANGLES: usize = 32_768;
 
@@ -370,14 +469,14 @@ fn bricks_near(corners: [DVec3; 3], window: &BrickWindow, mut enter: impl FnMut(
 
 /// Separating axes of a triangle and cubes of one size (Akenine-Moller 2001), but for the cube's own: those the
 /// triangle's bounds tell.
-struct CubeTest {
+pub struct CubeTest {
     /// Axis, and the range of it in which the centres of cubes lie that it does not separate.
     axes: [(DVec3, f64, f64); 10],
 }
 
 impl CubeTest {
     /// `half`: half the edge of the cubes.
-    fn new(corners: [DVec3; 3], half: f64) -> Self {
+    pub fn new(corners: [DVec3; 3], half: f64) -> Self {
         let [a, b, c] = corners;
         let edges = [b - a, c - b, a - c];
         let axis = |k: usize| match k {
@@ -392,7 +491,7 @@ impl CubeTest {
         Self { axes: std::array::from_fn(|k| range(axis(k))) }
     }
 
-    fn meets(&self, center: DVec3) -> bool {
+    pub fn meets(&self, center: DVec3) -> bool {
         self.axes.iter().all(|(axis, low, high)| (*low..=*high).contains(&axis.dot(center)))
     }
 }

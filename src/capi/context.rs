@@ -4,6 +4,7 @@ use super::device::{check_vulkan_handle, loader};
 use super::guard::{Failure, Outcome, guard};
 use super::handles::{self, Log, State};
 use super::input::{self, structure_types};
+use super::parallel::parallel_for;
 use super::settings::BgiSettings;
 use super::types::*;
 use super::version::BGI_ABI_VERSION;
@@ -39,6 +40,10 @@ pub struct BgiContextCreateInfo {
     pub log: BgiLogCallback,
     /// Handed to `log` as it is; may be used on any thread that calls the library.
     pub log_user_data: *mut c_void,
+    /// Optional; NULL: work is done on the calling thread. The result does not depend on it.
+    pub parallel_for: BgiParallelFor,
+    /// Handed to `parallelFor` as it is.
+    pub parallel_user_data: *mut c_void,
 }
 
 structure_types! { BgiContextCreateInfo = BGI_STRUCTURE_TYPE_CONTEXT_CREATE_INFO }
@@ -86,6 +91,7 @@ fn create(info: &BgiContextCreateInfo, log: Log, context: *mut BgiContext) -> Ou
             unsafe { input::structure(info.settings)? }.settings()?
         },
         frames_in_flight: info.frames_in_flight,
+        parallel_for: parallel_for(info.parallel_for, info.parallel_user_data),
     };
     // SAFETY: the header asks for valid Vulkan handles that outlive the context; none is NULL.
     let created = unsafe { Context::new(desc)? };

@@ -22,6 +22,7 @@ mod handles;
 mod input;
 mod lights;
 mod meshes;
+mod parallel;
 mod settings;
 mod stats;
 mod types;

@@ -69,6 +69,11 @@ pub struct BgiSettings {
     /// 1: faces that neither light nor eye can reach go without light of their own while the world does not fit into
     /// memoryBudget otherwise. 0: never; the default.
     pub region_culling: u32,
+    /// By how much dense meshes may be simplified, in voxels, 0 to 1; default 0: not at all. 0.1 suits meshes with many
+    /// triangles a voxel. Triangles that voxels cannot tell apart are merged in the call that brings a mesh's first
+    /// instance, for the largest scale of its instances, and anew when a larger one comes. What the host handed over is
+    /// kept beside what is left.
+    pub simplify_voxels: f32,
 }
 
 structure_types! { BgiSettings = BGI_STRUCTURE_TYPE_SETTINGS }
@@ -92,6 +97,7 @@ impl From<Settings> for BgiSettings {
             pixel_rays: from.pixel_rays,
             voxelize_ms: from.voxelize_ms,
             region_culling: from.region_culling.into(),
+            simplify_voxels: from.simplify_voxels,
         }
     }
 }
@@ -122,6 +128,7 @@ impl BgiSettings {
                 1 => true,
                 other => return Err(Failure::argument(format!("regionCulling is {other}, not 0 or 1"))),
             },
+            simplify_voxels: self.simplify_voxels,
         })
     }
 }

@@ -74,6 +74,10 @@ pub struct BgiStats {
     pub passes: *mut BgiPassTime,
     /// Optional: receives every device allocation.
     pub resources: *mut BgiResourceSize,
+    /// Out: triangles of all meshes, as the host handed them over.
+    pub mesh_triangles: u64,
+    /// Out: those that are kept of them; see simplifyVoxels.
+    pub kept_triangles: u64,
 }
 
 structure_types! { BgiStats = BGI_STRUCTURE_TYPE_STATS }
@@ -115,6 +119,8 @@ pub unsafe extern "C" fn bgiGetStats(context: BgiContext, stats: *mut BgiStats) 
             faces_unreached: stats.faces_unreached,
             pages: stats.pages,
             meshes_pending: stats.meshes_pending,
+            mesh_triangles: stats.mesh_triangles,
+            kept_triangles: stats.kept_triangles,
             ..*out
         };
         Ok(if complete { BGI_SUCCESS } else { BGI_INCOMPLETE })

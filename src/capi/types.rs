@@ -104,3 +104,13 @@ pub const BGI_LOG_WARNING: BgiLogSeverity = 2;
 /// no longjmp).
 pub type BgiLogCallback =
     Option<unsafe extern "C" fn(userData: *mut c_void, severity: BgiLogSeverity, message: *const c_char)>;
+
+/// A piece of the library's work. Never throws; takes some ten microseconds to some milliseconds.
+pub type BgiTask = unsafe extern "C" fn(taskData: *mut c_void, index: u32);
+
+/// Calls task(taskData, index) once for each index below `count`, on any threads and in any order, at once or one after
+/// the other, and returns when all these calls have. Called by bgiUpdateMeshes and bgiDispatch, on their thread, where
+/// there is much to do. Neither it nor the tasks' threads may meanwhile call the library on that context. Must return (no
+/// exception, no longjmp).
+pub type BgiParallelFor =
+    Option<unsafe extern "C" fn(userData: *mut c_void, count: u32, task: BgiTask, taskData: *mut c_void)>;

@@ -4,11 +4,14 @@
 //! may lie in the host's buffers instead.
 
 mod camera;
+mod clusters;
 mod geometry;
 mod sheets;
+mod simplify;
 mod store;
 
 pub use camera::Camera;
+pub(crate) use clusters::Cluster;
 pub(crate) use geometry::Array;
 pub use geometry::{BufferAddress, BufferMeshDesc, IndexBuffer, IndexType, VertexBuffer, VertexFormat};
 pub(crate) use store::{Instance, Mesh, Scene};

@@ -9,43 +9,61 @@ use rustc_hash::FxHashMap;
 
 /// For each triangle: whether both of its sides are surface.
 pub fn two_sided(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<bool> {
-    let mut welded = FxHashMap::default();
-    let vertex: Vec<u32> = positions
-        .iter()
-        .map(|p| {
-            let next = welded.len() as u32;
-            // + 0.0 turns -0.0 into 0.0.
-            *welded.entry((*p + Vec3::ZERO).to_array().map(f32::to_bits)).or_insert(next)
-        })
-        .collect();
-    let mut bodies = Bodies::new(welded.len());
+    let vertex = weld(positions);
+    let mut bodies = connected(&vertex, triangles);
     let mut edges: FxHashMap<(u32, u32), i32> = FxHashMap::default();
     for t in triangles {
         let [a, b, c] = t.map(|i| vertex[i as usize]);
-        bodies.join(a, b);
-        bodies.join(a, c);
         for (from, to) in [(a, b), (b, c), (c, a)] {
             if from != to {
                 *edges.entry((from.min(to), from.max(to))).or_insert(0) += if from < to { 1 } else { -1 };
             }
         }
     }
-    let mut open = vec![false; welded.len()];
+    let mut open = vec![false; vertex.len()];
     for ((from, _), balance) in edges {
         open[bodies.root(from) as usize] |= balance != 0;
     }
     triangles.iter().map(|t| open[bodies.root(vertex[t[0] as usize]) as usize]).collect()
 }
 
-/// Disjoint sets of vertices.
-struct Bodies(Vec<u32>);
+/// For each triangle the connected body that it belongs to.
+pub fn bodies(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
+    let vertex = weld(positions);
+    let mut bodies = connected(&vertex, triangles);
+    triangles.iter().map(|t| bodies.root(vertex[t[0] as usize])).collect()
+}
 
-impl Bodies {
-    fn new(count: usize) -> Self {
+/// For each vertex a number that it shares with all at the same position.
+pub fn weld(positions: &[Vec3]) -> Vec<u32> {
+    let mut welded = FxHashMap::default();
+    let number = |p: &Vec3| {
+        let next = welded.len() as u32;
+        // + 0.0 turns -0.0 into 0.0.
+        *welded.entry((*p + Vec3::ZERO).to_array().map(f32::to_bits)).or_insert(next)
+    };
+    positions.iter().map(number).collect()
+}
+
+fn connected(vertex: &[u32], triangles: &[[u32; 3]]) -> Sets {
+    let mut bodies = Sets::new(vertex.len());
+    for t in triangles {
+        let [a, b, c] = t.map(|i| vertex[i as usize]);
+        bodies.join(a, b);
+        bodies.join(a, c);
+    }
+    bodies
+}
+
+/// Disjoint sets of numbers.
+pub struct Sets(Vec<u32>);
+
+impl Sets {
+    pub fn new(count: usize) -> Self {
         Self((0..count as u32).collect())
     }
 
-    fn root(&mut self, mut v: u32) -> u32 {
+    pub fn root(&mut self, mut v: u32) -> u32 {
         while self.0[v as usize] != v {
             self.0[v as usize] = self.0[self.0[v as usize] as usize];
             v = self.0[v as usize];
@@ -53,7 +71,7 @@ impl Bodies {
         v
     }
 
-    fn join(&mut self, a: u32, b: u32) {
+    pub fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);
     }

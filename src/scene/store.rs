@@ -1,7 +1,10 @@
 //! The host's scene, copied and checked.
 
+use super::clusters::Cluster;
+use super::simplify::{Simplification, Triangles};
 use super::{Light, MeshUpdate, Sky, sheets};
 use crate::error::{Error, Result};
+use crate::settings::Settings;
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -13,6 +16,9 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Per triangle: both sides are surface (it belongs to no closed body).
     pub two_sided: Vec<bool>,
+    /// Of all triangles, once there is an instance.
+    pub clusters: Vec<Cluster>,
+    pub(super) simplification: Simplification,
 }
 
 /// A registered material.
@@ -57,6 +63,10 @@ pub struct Scene {
     pub materials: FxHashMap<u64, Material>,
     pub textures: FxHashMap<u64, Texture>,
     pub instances: FxHashMap<u64, Instance>,
+    /// By how much simplification may move surface, in metres; 0: not at all.
+    pub tolerance: f64,
+    /// Of all meshes.
+    pub triangles: Triangles,
     pub lights: Vec<Light>,
     pub sky: Sky,
     /// Of all textures.
@@ -78,6 +88,10 @@ where
 }
 
 impl Scene {
+    pub fn new(settings: &Settings) -> Self {
+        Self { tolerance: f64::from(settings.simplify_voxels) * f64::from(settings.voxel_size), ..Self::default() }
+    }
+
     /// Largest emission of any material, above zero.
     pub fn emission_max(&self) -> f32 {
         self.emission_max.max(1e-6)
@@ -152,7 +166,8 @@ impl Scene {
             self.instances.remove(id);
         }
         for id in update.removed_meshes {
-            self.meshes.remove(id);
+            let gone = self.meshes.remove(id);
+            gone.iter().for_each(|m| self.triangles.subtract(m));
         }
         for t in update.textures {
             self.textures.insert(t.id, Texture::reduced(t));
@@ -177,7 +192,10 @@ impl Scene {
             let triangles: Vec<[u32; 3]> = m.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
             let two_sided = sheets::two_sided(&positions, &triangles);
             let uvs = m.uvs.iter().map(|p| Vec2::from(*p)).collect();
-            self.meshes.insert(m.id, Mesh { positions, uvs, triangles, two_sided });
+            let mesh = Mesh { positions, uvs, triangles, two_sided, ..Mesh::default() };
+            self.triangles.add(&mesh);
+            let replaced = self.meshes.insert(m.id, mesh);
+            replaced.iter().for_each(|m| self.triangles.subtract(m));
         }
         // Nothing until it has been read; what was there before stays so long.
         for m in update.buffer_meshes {
@@ -204,6 +222,7 @@ impl Scene {
             };
             changed.extend(self.instances.iter().filter(|(_, i)| touched(i)).map(|(id, _)| *id));
         }
+        changed.extend(self.prepare(&changed));
         changed.sort_unstable();
         changed.dedup();
         changed

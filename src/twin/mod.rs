@@ -6,9 +6,10 @@
 
 pub mod gpu;
 pub mod layout;
-mod pack;
+pub mod pack;
 pub mod random;
 mod resolve;
+pub mod shapes;
 mod surface;
 mod tests;
 mod trace;

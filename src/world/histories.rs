@@ -67,7 +67,7 @@ fn instance(id: u64, random: &mut Random) -> InstanceDesc {
 }
 
 /// Applies a batch, as `Context::update_meshes` does.
-fn update(world: &mut World, scene: &mut Scene, update: &MeshUpdate) {
+pub(super) fn update(world: &mut World, scene: &mut Scene, update: &MeshUpdate) {
     scene.check(update).expect("a valid update");
     world.readback.update(update).expect("a valid update");
     let changed = scene.apply(update);
@@ -118,12 +118,10 @@ fn after_any_history_bricks_list_what_the_scene_holds() {
         }
         let Some(window) = world.table.window_bricks() else { continue };
         let mut fresh = PrimitiveIndex::default();
-        fresh.follow(window, &scene, &world.grid);
+        fresh.follow(window, &scene, &world.grid, &Workers::default());
         let mut ids: Vec<u64> = scene.instances.keys().copied().collect();
         ids.sort_unstable();
-        for id in ids {
-            fresh.insert(id, &scene, &world.grid);
-        }
+        fresh.insert(&ids, &scene, &world.grid, &Workers::default());
         let lists = world.primitives.lists();
         assert!(lists == fresh.lists(), "operation {operation}");
         let waiting = world.table.next(usize::MAX, &Viewpoint::all_round(DVec3::ZERO));
@@ -136,30 +134,32 @@ fn after_any_history_bricks_list_what_the_scene_holds() {
 }
 
 /// A world on the GPU.
-struct Live {
+pub(super) struct Live {
     gpu: Gpu,
     slots: Vec<Slot>,
-    world: World,
-    scene: Scene,
+    settings: Settings,
+    pub world: World,
+    pub scene: Scene,
     eye: DVec3,
     frames: u32,
 }
 
 impl Live {
-    fn new() -> Self {
+    pub fn new(settings: Settings) -> Self {
         let bricks = ["brick_commit", "grid_update", "voxel_mark", "voxelize", "face_resolve"];
         let gpu = Gpu::new(&[bricks.as_slice(), &["face_compact", "light_direct", "light_store"]].concat());
         let slots = (0..FRAMES_IN_FLIGHT).map(|_| Slot::new(&gpu.device).expect("a slot")).collect();
-        let world = World::new(&settings(), FRAMES_IN_FLIGHT).expect("a world");
-        Self { gpu, slots, world, scene: Scene::default(), eye: DVec3::ZERO, frames: 0 }
+        let world = World::new(&settings, FRAMES_IN_FLIGHT).expect("a world");
+        let scene = Scene::new(&settings);
+        Self { gpu, slots, settings, world, scene, eye: DVec3::ZERO, frames: 0 }
     }
 
     /// As `Context::dispatch`, without a view.
     fn frame(&mut self) {
-        let (settings, index) = (settings(), self.frames as usize % FRAMES_IN_FLIGHT);
+        let index = self.frames as usize % FRAMES_IN_FLIGHT;
         self.slots[index].recycle(&self.gpu.device);
         let mut scope =
-            FrameScope::new(&self.gpu.device, &settings, &mut self.slots, index, self.frames, Frame::default());
+            FrameScope::new(&self.gpu.device, &self.settings, &mut self.slots, index, self.frames, Frame::default());
         self.world.follow([self.eye].into_iter(), &self.scene);
         self.world.frame(&mut scope, &mut self.scene, self.eye, DMat4::IDENTITY).expect("a frame");
         let frame = scope.frame;
@@ -175,7 +175,7 @@ impl Live {
     }
 
     /// Frames until nothing has been voxelised for a while.
-    fn settle(&mut self) {
+    pub fn settle(&mut self) {
         let mut quiet = 0;
         while quiet < 2 * FRAMES_IN_FLIGHT {
             self.frame();
@@ -212,7 +212,7 @@ impl Live {
     }
 
     /// Every brick that the GPU finds.
-    fn bricks(&mut self) -> BTreeMap<[i32; 3], Brick> {
+    pub fn bricks(&mut self) -> BTreeMap<[i32; 3], Brick> {
         let (grid, words) = (self.read("world_grid"), self.read("world_bricks"));
         let BrickWindow { low, size } = self.world.table.window_bricks().expect("a window");
         let extent = (size / 4).as_uvec3();
@@ -237,7 +237,7 @@ impl Drop for Live {
 /// comes back.
 #[test]
 fn after_any_history_the_gpu_holds_what_the_scene_makes_at_once() {
-    let (mut random, mut old) = (Random::new(2), Live::new());
+    let (mut random, mut old) = (Random::new(2), Live::new(settings()));
     furnish(&mut old.world, &mut old.scene, &mut random);
     for _ in 0..60 {
         edit(&mut old.world, &mut old.scene, &mut random);
@@ -247,7 +247,7 @@ fn after_any_history_the_gpu_holds_what_the_scene_makes_at_once() {
     }
     old.eye = DVec3::ZERO;
     old.settle();
-    let mut new = Live::new();
+    let mut new = Live::new(settings());
     std::mem::swap(&mut new.scene, &mut old.scene);
     let mut all: Vec<u64> = new.scene.instances.keys().copied().collect();
     all.sort_unstable();
@@ -270,7 +270,7 @@ fn meshes_of_buffers_make_the_lists_and_bricks_of_those_in_memory() {
     let replacing = |id: usize| &shapes[(id + 1) % shapes.len()];
     let mut found = Vec::new();
     for in_buffers in [false, true] {
-        let (mut random, mut live) = (Random::new(3), Live::new());
+        let (mut random, mut live) = (Random::new(3), Live::new(settings()));
         furnish(&mut live.world, &mut live.scene, &mut random);
         (0..20).for_each(|_| edit(&mut live.world, &mut live.scene, &mut random));
         live.frame();

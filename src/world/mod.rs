@@ -15,6 +15,7 @@ use crate::gpu::shared::{
     ASKS, Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
 };
 use crate::gpu::{Device, Player, Slot};
+use crate::parallel::Workers;
 use crate::passes;
 use crate::scene::{Light, Scene};
 use crate::settings::Settings;
@@ -75,6 +76,8 @@ pub struct World {
     regions: Regions,
     /// The world, all of its faces lit, does not fit into its memory.
     short: bool,
+    /// They find which triangles touch which bricks.
+    pub workers: Workers,
     pub grid: WorldGrid,
     pub readback: Readback,
     memory: Memory,
@@ -119,6 +122,7 @@ impl World {
             primitives: PrimitiveIndex::default(),
             regions: Regions::default(),
             short: false,
+            workers: Workers::default(),
             grid: WorldGrid {
                 voxel_size: f64::from(settings.voxel_size),
                 offset: DVec3::from(settings.grid_offset.map(f64::from)),
@@ -151,7 +155,7 @@ impl World {
 
     /// Re-registers changed instances and queues the bricks that they left or touch.
     pub fn instances_changed(&mut self, changed: &[u64], scene: &Scene) {
-        let Self { table, primitives, regions, grid, .. } = self;
+        let Self { table, primitives, regions, grid, workers, .. } = self;
         let mut touch = |bricks: &[IVec3]| {
             table.touch(bricks);
             // Of what is not resident, what was known is no longer true.
@@ -159,9 +163,9 @@ impl World {
         };
         let left = primitives.remove(changed);
         touch(&left);
-        for id in changed.iter().filter(|id| scene.instances.contains_key(id)) {
-            touch(primitives.insert(*id, scene, grid));
-        }
+        let present: Vec<u64> = changed.iter().filter(|id| scene.instances.contains_key(id)).copied().collect();
+        primitives.insert(&present, scene, grid, workers);
+        present.iter().for_each(|id| touch(primitives.touched(*id)));
         left.into_iter().filter(|b| !self.primitives.holds(*b)).for_each(|b| self.table.forget(b));
     }
 
@@ -194,7 +198,7 @@ impl World {
         if self.table.follow((low + high) / 2.0, self.primitives.bounds) {
             // What has moved holds other triangles.
             let window = self.table.window_bricks().expect("it has just moved");
-            self.primitives.follow(window, scene, &self.grid);
+            self.primitives.follow(window, scene, &self.grid, &self.workers);
             self.table.enter(self.primitives.bricks());
             self.regions.retain(|brick| window.holds(brick));
         }
@@ -425,4 +429,8 @@ impl World {
 }
 
 #[cfg(test)]
+mod counts;
+#[cfg(test)]
 mod histories;
+#[cfg(test)]
+mod simplified;

@@ -94,7 +94,8 @@ impl Host {
         let mut output = Target::new(&gpu, "E_ind", wgt::TextureFormat::Rgba32Float, usage, size)?;
         clear(&gpu, &mut output)?;
         let frames_in_flight = options.frames_in_flight;
-        let description = ContextDesc { device: gpu.handles(), settings: options.settings, frames_in_flight };
+        let description =
+            ContextDesc { device: gpu.handles(), settings: options.settings, frames_in_flight, parallel_for: None };
         // SAFETY: the handles live as long as `gpu`, which drops after the context.
         let mut context = unsafe { Context::new(description) }?;
         upload::scene(&mut context, &options.scene, options.world_offset)?;

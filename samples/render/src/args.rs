@@ -50,6 +50,9 @@ pub struct Args {
     /// Milliseconds of GPU time that voxelisation may take a frame; 0: no limit
     #[arg(long)]
     pub voxelize_ms: Option<f32>,
+    /// By how many voxels dense meshes may be simplified, 0 to 1; 0: not at all
+    #[arg(long)]
+    pub simplify_voxels: Option<f32>,
     /// Voxel faces lit a frame
     #[arg(long)]
     pub light_faces: Option<u32>,
@@ -114,6 +117,7 @@ impl Args {
             memory_budget: self.memory.map_or(base.memory_budget, |mib| mib.saturating_mul(1 << 20)),
             voxelize_bricks_per_frame: self.voxelize_bricks.unwrap_or(base.voxelize_bricks_per_frame),
             voxelize_ms: self.voxelize_ms.unwrap_or(base.voxelize_ms),
+            simplify_voxels: self.simplify_voxels.unwrap_or(base.simplify_voxels),
             light_faces_per_frame: self.light_faces.unwrap_or(base.light_faces_per_frame),
             bounce_rays: self.bounce_rays.unwrap_or(base.bounce_rays),
             direct_samples: self.direct_samples.unwrap_or(base.direct_samples),

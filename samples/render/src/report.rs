@@ -45,6 +45,8 @@ pub struct World {
     pub faces_unreached: u32,
     pub pages: u32,
     pub rays: u64,
+    pub mesh_triangles: u64,
+    pub kept_triangles: u64,
 }
 
 /// One device allocation.
@@ -63,6 +65,7 @@ pub struct SettingsEntry {
     memory_budget: u64,
     voxelize_bricks_per_frame: u32,
     voxelize_ms: f32,
+    simplify_voxels: f32,
     light_faces_per_frame: u32,
     bounce_rays: u32,
     direct_samples: u32,
@@ -99,6 +102,8 @@ impl From<&Stats> for World {
             faces_unreached: stats.faces_unreached,
             pages: stats.pages,
             rays: stats.rays,
+            mesh_triangles: stats.mesh_triangles,
+            kept_triangles: stats.kept_triangles,
         }
     }
 }
@@ -112,6 +117,7 @@ impl From<&Settings> for SettingsEntry {
             memory_budget: settings.memory_budget,
             voxelize_bricks_per_frame: settings.voxelize_bricks_per_frame,
             voxelize_ms: settings.voxelize_ms,
+            simplify_voxels: settings.simplify_voxels,
             light_faces_per_frame: settings.light_faces_per_frame,
             bounce_rays: settings.bounce_rays,
             direct_samples: settings.direct_samples,
@@ -138,6 +144,9 @@ impl Display for Report {
         let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
         let (in_world, at_most) = (mib(world.world_bytes), mib(timing.peak_world_bytes));
         writeln!(f, "  world {in_world:.2} MiB, {at_most:.2} at most, {} bricks, {} faces", world.bricks, world.faces)?;
+        if world.kept_triangles < world.mesh_triangles {
+            writeln!(f, "        {} of {} triangles are kept", world.kept_triangles, world.mesh_triangles)?;
+        }
         if world.bricks_missing > 0 {
             let (missing, left_out) = (world.bricks_missing, world.bricks_left_out);
             writeln!(f, "        {missing} bricks are missing, {left_out} of them for lack of memory")?;

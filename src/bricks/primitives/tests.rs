@@ -1,7 +1,9 @@
 //! Which bricks a change touches, and what the lists hold after any history.
 
 use super::*;
+use crate::parallel::tests::threads;
 use crate::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate};
+use crate::twin::shapes::terrain;
 
 const GRID: WorldGrid = WorldGrid { voxel_size: 0.5, offset: DVec3::ZERO };
 const WINDOW: BrickWindow = BrickWindow { low: IVec3::new(-64, -16, -64), size: IVec3::new(128, 32, 128) };
@@ -24,7 +26,7 @@ fn index(window: BrickWindow, scene: &Scene) -> PrimitiveIndex {
     let mut index = PrimitiveIndex { window: Some(window), ..PrimitiveIndex::default() };
     let mut ids: Vec<u64> = scene.instances.keys().copied().collect();
     ids.sort_unstable();
-    ids.iter().for_each(|id| _ = index.insert(*id, scene, &GRID));
+    index.insert(&ids, scene, &GRID, &Workers::default());
     index
 }
 
@@ -52,7 +54,8 @@ fn a_large_ring_touches_its_own_bricks() {
     let mut scene = scene(&positions, &indices);
     place_at(&mut scene, 1, [0.3, 1.7, 0.9]);
     let mut index = PrimitiveIndex { window: Some(WINDOW), ..PrimitiveIndex::default() };
-    let touched = index.insert(1, &scene, &GRID).len();
+    index.insert(&[1], &scene, &GRID, &Workers::default());
+    let touched = index.touched(1).len();
     let mut passed = FxHashSet::default();
     for triangle in &scene.meshes[&1].triangles {
         let [a, b, c] = triangle.map(|i| place(scene.meshes[&1].positions[i as usize], &scene.instances[&1], &GRID));
@@ -101,12 +104,12 @@ fn lists_do_not_depend_on_history() {
             // An id may have been drawn twice.
             churned.remove(&[id]);
             if scene.instances.contains_key(&id) {
-                churned.insert(id, &scene, &GRID);
+                churned.insert(&[id], &scene, &GRID, &Workers::default());
             }
         }
         if next(4) == 0 {
             window.low += (IVec3::new(next(5) as i32, next(3) as i32, next(5) as i32) - IVec3::new(2, 1, 2)) * 4;
-            churned.follow(window, &scene, &GRID);
+            churned.follow(window, &scene, &GRID, &Workers::default());
         }
         let fresh = index(window, &scene);
         assert_eq!(churned.lists(), fresh.lists());
@@ -115,4 +118,67 @@ fn lists_do_not_depend_on_history() {
         });
     }
     assert!(churned.placed.len() <= 20, "places are used again");
+}
+
+/// Clusters pass over what they do not reach, and nothing else.
+#[test]
+fn work_follows_the_triangles_that_a_window_reaches() {
+    let (positions, indices) = terrain(200.0, 300);
+    let mut scene = scene(&positions, &indices);
+    let linear = [[0.6, 0.0, 0.8], [0.1, 1.2, 0.0], [-0.8, 0.0, 0.6]];
+    let placed = InstanceDesc { id: 1, mesh: 1, material: 1, linear, translation: [3.0, 1.0, -2.0] };
+    scene.apply(&MeshUpdate { instances: &[placed], ..MeshUpdate::default() });
+    let count = scene.meshes[&1].triangles.len() as u64;
+    assert_eq!(count, 180_000);
+    let mut window = BrickWindow { low: IVec3::new(-4, -4, -4), size: IVec3::splat(8) };
+    let mut clustered = index(window, &scene);
+    println!("{} of {count} triangles tested in a window of 32 m", clustered.tested);
+    assert!(clustered.tested * 15 < count, "of 200 m");
+    for step in [IVec3::new(4, 0, 0), IVec3::new(0, 0, -4), IVec3::new(-8, 0, 4)] {
+        let before = clustered.tested;
+        window.low += step;
+        clustered.follow(window, &scene, &GRID, &Workers::default());
+        println!("{} when it moves by {step}", clustered.tested - before);
+        assert!((clustered.tested - before) * 15 < count);
+        // As if all were one cluster.
+        let clusters = std::mem::take(&mut scene.meshes.get_mut(&1).expect("the mesh").clusters);
+        let all = Cluster {
+            triangles: 0..count as u32,
+            low: clusters.iter().map(|c| c.low).fold(Vec3::INFINITY, Vec3::min),
+            high: clusters.iter().map(|c| c.high).fold(Vec3::NEG_INFINITY, Vec3::max),
+        };
+        scene.meshes.get_mut(&1).expect("the mesh").clusters = vec![all];
+        let whole = index(window, &scene);
+        assert_eq!(whole.tested, count);
+        assert!(clustered.lists() == whole.lists(), "the same lists");
+        scene.meshes.get_mut(&1).expect("the mesh").clusters = clusters;
+    }
+}
+
+/// However many threads there are: a terrain of many tasks, and more instances than one task holds.
+#[test]
+fn lists_do_not_depend_on_threads() {
+    let (positions, indices) = terrain(30.0, 60);
+    let mut scene = scene(&positions, &indices);
+    let moved = |k: f64| [7.0 * k - 25.0, 0.3 * k, 4.0 * (k % 4.0)];
+    (0..9).rev().for_each(|id| place_at(&mut scene, id, moved(id as f64)));
+    let ids: Vec<u64> = (0..9).collect();
+    let mut window = BrickWindow { low: IVec3::new(-8, -4, -8), size: IVec3::new(16, 8, 16) };
+    let mut indices = [Workers::default(), threads(1), threads(4)].map(|workers| {
+        let mut index = PrimitiveIndex { window: Some(window), ..PrimitiveIndex::default() };
+        // Some come late.
+        index.insert(&ids[5..], &scene, &GRID, &workers);
+        index.insert(&ids[..5], &scene, &GRID, &workers);
+        (index, workers)
+    });
+    for _ in 0..3 {
+        let all = indices.each_ref().map(|(index, _)| index.lists());
+        assert!(all[0].values().map(Vec::len).sum::<usize>() > 8 * TASK_TRIANGLES);
+        assert!(all[0] == all[1] && all[0] == all[2]);
+        let bricks =
+            indices.each_ref().map(|(index, _)| ids.iter().map(|id| index.touched(*id).to_vec()).collect::<Vec<_>>());
+        assert!(bricks[0] == bricks[1] && bricks[0] == bricks[2]);
+        window.low += IVec3::new(4, 0, -4);
+        indices.iter_mut().for_each(|(index, workers)| index.follow(window, &scene, &GRID, workers));
+    }
 }

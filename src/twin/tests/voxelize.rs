@@ -6,6 +6,7 @@ use crate::bricks::{self, BrickWindow, Cells, Mask, PrimitiveIndex, WorldGrid};
 use crate::frame::{Command, Frame};
 use crate::gpu::Location;
 use crate::gpu::shared::{BATCH_BRICKS, BrickResult, Material, NO_TEXTURE, NONE, RECORD_WORDS};
+use crate::parallel::Workers;
 use crate::passes;
 use crate::scene::Scene;
 use crate::settings::HitModel;
@@ -38,9 +39,14 @@ impl Batch {
     fn new(scene: &Scene) -> Self {
         let grid = WorldGrid { voxel_size: 1.0, offset: DVec3::ZERO };
         let mut index = PrimitiveIndex::default();
-        index.follow(BrickWindow { low: IVec3::splat(-64), size: IVec3::splat(128) }, scene, &grid);
+        index.follow(
+            BrickWindow { low: IVec3::splat(-64), size: IVec3::splat(128) },
+            scene,
+            &grid,
+            &Workers::default(),
+        );
         for id in 0..scene.instances.len() as u64 {
-            index.insert(id, scene, &grid);
+            index.insert(&[id], scene, &grid, &Workers::default());
         }
         let mut positions: Vec<IVec3> = index.bricks().collect();
         positions.sort_unstable_by_key(IVec3::to_array);
