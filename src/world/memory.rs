@@ -83,7 +83,7 @@ impl Shares {
         // A brick at a time must always be possible, and reading a mesh, however slowly.
         let frames_min = frames * (PAYLOAD_MIN + TRIANGLES_MIN);
         let least = SCRATCH_BYTES + frames_min + frames * READBACK_MIN;
-        let voxelization = (budget / 7).min(VOXELIZATION_MAX).max(least);
+        let voxelization = (budget / 10).min(VOXELIZATION_MAX).max(least);
         let readback = frames * READBACK_MIN + (voxelization - least) / 16;
         let side_by_side = (voxelization / 3).min(voxelization - frames_min - readback) / SCRATCH_BYTES;
         let batch = side_by_side.clamp(1, u64::from(BATCH_BRICKS));
