@@ -20,6 +20,7 @@ pub fn draw(table: &Table) -> Result<String> {
         let mut chart = ChartBuilder::on(&area)
             .caption(table.title, ("sans-serif", 20))
             .margin(12)
+            .margin_right(36)
             .x_label_area_size(40)
             .y_label_area_size(70)
             .build_cartesian_2d(decades(across).log_scale(), decades(upward).log_scale())?;
@@ -31,7 +32,8 @@ pub fn draw(table: &Table) -> Result<String> {
                 .label(table.columns[column])
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color.stroke_width(2)));
         }
-        chart.configure_series_labels().background_style(WHITE).border_style(BLACK).draw()?;
+        let labels = SeriesLabelPosition::UpperLeft;
+        chart.configure_series_labels().position(labels).background_style(WHITE).border_style(BLACK).draw()?;
         area.present()?;
     }
     Ok(svg)
