@@ -5,7 +5,7 @@ use crate::frame::Frame;
 use crate::gpu::{Device, Pipelines, Player, Slot, Target};
 use crate::parallel::{ParallelFor, Workers};
 use crate::passes::bricks::VOXELIZE_PASSES;
-use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky};
+use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky, Triangles};
 use crate::settings::Settings;
 use crate::view::{FrameShape, View, clip};
 use crate::world::{FrameScope, World};
@@ -224,12 +224,16 @@ impl Context {
             mesh.check_ends(|buffer| self.device.buffer_bytes(buffer))?;
         }
         self.world.readback.update(update)?;
-        self.stats.meshes_pending = self.world.readback.pending();
         let changed = self.scene.apply(update);
-        (self.stats.mesh_triangles, self.stats.kept_triangles) =
-            (self.scene.triangles.given, self.scene.triangles.kept);
         self.world.instances_changed(&changed, &self.scene);
+        self.count_meshes();
         Ok(())
+    }
+
+    fn count_meshes(&mut self) {
+        self.stats.meshes_pending = self.world.readback.pending();
+        let Triangles { given, kept } = self.scene.triangles;
+        (self.stats.mesh_triangles, self.stats.kept_triangles) = (given, kept);
     }
 
     /// Replaces all lights and the sky.
@@ -366,6 +370,7 @@ impl Context {
     }
 
     fn report(&mut self, start: Instant) {
+        self.count_meshes();
         let stats = &mut self.stats;
         stats.resources.clear();
         self.world.list(&self.slots, &mut stats.resources);
@@ -379,7 +384,6 @@ impl Context {
         stats.faces = self.world.table.faces();
         stats.faces_unreached = self.world.table.unreached();
         stats.pages = self.world.table.pages.used();
-        stats.meshes_pending = self.world.readback.pending();
         stats.frames += 1;
         stats.cpu_ms = start.elapsed().as_secs_f64() * 1e3;
     }

@@ -191,13 +191,15 @@ fn the_image_does_not_say_where_a_mesh_came_from() {
             assert!(gi.stats().bricks_missing > 0);
             (0..10).for_each(|_| stage.dispatch(&[&gi]));
             assert_eq!((gi.resource("readback"), gi.log()), (0, Vec::new()));
-            images.push((figures(&gi), stage.output()));
+            let triangles = gi.stats().mesh_triangles;
+            assert!(triangles > 0 && triangles == gi.stats().kept_triangles);
+            images.push(((figures(&gi), triangles), stage.output()));
             gi.end();
         }
         let lit: Vec<f32> = images[0].1.iter().map(|bits| f32::from_bits(*bits)).collect();
         let (low, high) = lit.chunks(4).fold((f32::MAX, 0.0f32), |(l, h), p| (l.min(p[0]), h.max(p[0])));
         println!("{frames_in_flight} in flight: bricks, faces, pages {:?}; red {low} to {high}", images[0].0);
-        assert!(images[0].0[0] > 20 && low > 0.0 && high > 1.5 * low, "there is something to see");
+        assert!(images[0].0.0[0] > 20 && low > 0.0 && high > 1.5 * low, "there is something to see");
         assert!(images.iter().all(|image| *image == images[0]), "{frames_in_flight} in flight");
     }
 }

@@ -10,15 +10,9 @@ const BLOCKS: [usize; 2] = [7, 14];
 /// Metres a frame: 30 m/s at 60 frames a second.
 const STEP: f64 = 0.5;
 
-/// Corners and triangles of a box of this half size on the ground.
-fn tower(half: [f32; 3]) -> Mesh {
-    let corner = |i: u32| {
-        let sign = [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 });
-        [sign[0] * half[0], (sign[1] + 1.0) * half[1], sign[2] * half[2]]
-    };
-    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let indices = sides.iter().flat_map(|[a, b, c, d]| [*a, *b, *c, *a, *c, *d]).collect();
-    Mesh { positions: (0..8).map(corner).collect(), uvs: Vec::new(), indices }
+/// A box of this half size on the ground.
+fn tower([x, y, z]: [f32; 3]) -> Mesh {
+    Mesh::cuboid([-x, 0.0, -z], [x, 2.0 * y, z])
 }
 
 /// Blocks along z, the camera above the first.
@@ -34,13 +28,8 @@ fn town() -> Scene {
     for index in 0..BLOCKS[0] * BLOCKS[1] {
         let (x, z) = (index % BLOCKS[0], index / BLOCKS[0]);
         let across = (x as f64 - (BLOCKS[0] - 1) as f64 / 2.0) * BLOCK;
-        instances.extend([0, 1 + (x + 2 * z) % 3].map(|mesh| Instance {
-            name: String::new(),
-            mesh,
-            material: 0,
-            linear: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            translation: [across, 0.0, z as f64 * BLOCK],
-        }));
+        let place = [across, 0.0, z as f64 * BLOCK];
+        instances.extend([0, 1 + (x + 2 * z) % 3].map(|mesh| Instance::at(mesh, 0, place)));
     }
     Scene {
         name: "town".into(),

@@ -29,18 +29,14 @@ fn walls() -> Mesh {
     Mesh { positions, uvs: Vec::new(), indices: indices.collect() }
 }
 
-fn instance(mesh: usize, material: u64) -> Instance {
-    let linear = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    Instance { name: String::new(), mesh, material: material as usize, linear, translation: [0.0; 3] }
-}
-
 /// Irradiance in the middle of the floor, over that under the open sky. `lid`: an opaque sheet lies a little
 /// above the ceiling.
 fn passed(ceiling: &MaterialDesc, texture: Option<&[u8; 16]>, lid: bool) -> f64 {
     let black = Material { base_color: [0.0; 3], emission: [0.0; 3], texture: None };
-    let mut instances = vec![instance(0, BLACK), instance(1, BLACK), instance(2, CEILING)];
+    let instance = |(mesh, material)| Instance::at(mesh, material as usize, [0.0; 3]);
+    let mut instances = [(0, BLACK), (1, BLACK), (2, CEILING)].map(instance).to_vec();
     if lid {
-        instances.push(instance(3, BLACK));
+        instances.push(instance((3, BLACK)));
     }
     let scene = Scene {
         name: "room".into(),

@@ -41,6 +41,11 @@ impl Cells {
         cells
     }
 
+    /// Whether a cell is one of these.
+    pub fn has(self, p: UVec3) -> bool {
+        self.0[p.z as usize] >> (p.x + 8 * p.y) & 1 == 1
+    }
+
     /// The layer of cells along a side.
     pub fn layer(side: usize) -> Self {
         Self::ALL.across(side ^ 1)

@@ -223,6 +223,7 @@ fn alpha(updates: u32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::unpack;
     use super::*;
     use std::collections::{BTreeSet, HashMap};
 
@@ -266,9 +267,7 @@ mod tests {
                 expected.push((due, brick));
             }
             assert_eq!(faces, 900 - left);
-            let place =
-                |b: &LightBrick| [b.position & 1023, b.position >> 10 & 1023, b.position >> 20].map(|v| v as i32);
-            let found: Vec<_> = chosen.iter().map(place).collect();
+            let found: Vec<_> = chosen.iter().map(|b| unpack(b.position).to_array()).collect();
             assert_eq!(found, expected.iter().map(|e| e.1).collect::<Vec<_>>());
             for (due, brick) in expected {
                 sorted.remove(&(due, brick));

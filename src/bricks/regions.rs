@@ -106,7 +106,7 @@ impl Regions {
 
     /// Whether empty cells lead from one cell to another: along x, then y, then z.
     fn has_way(&self, from: IVec3, to: IVec3) -> bool {
-        let is_empty = |c: IVec3| (self.space.occupied(c >> 3i32) & Cells::cell((c & 7i32).as_uvec3())).is_empty();
+        let is_empty = |c: IVec3| !self.space.occupied(c >> 3i32).has((c & 7i32).as_uvec3());
         let mut cell = from;
         for axis in 0..3 {
             while cell[axis] != to[axis] && is_empty(cell) && (cell - from).abs().element_sum() < WAY_MAX {
@@ -144,9 +144,7 @@ impl Regions {
     /// The first of 2 x 2 x 2 cells that is empty and not reached.
     fn unreached_beside(&self, corner: IVec3) -> Option<IVec3> {
         let cells = (0..8).map(|i| corner + IVec3::new(i & 1, i >> 1 & 1, i >> 2));
-        let is_unreached =
-            |cell: &IVec3| !(self.unreached(*cell >> 3i32) & Cells::cell((*cell & 7i32).as_uvec3())).is_empty();
-        cells.into_iter().find(is_unreached)
+        cells.into_iter().find(|cell| self.unreached(*cell >> 3i32).has((*cell & 7i32).as_uvec3()))
     }
 
     /// Whether rays that start at open faces of a brick start where light or eye reaches.
@@ -272,7 +270,7 @@ impl Regions {
 fn seed(flood: &mut Flood, space: &Space, cell: IVec3) -> bool {
     let at = |cell: IVec3| (cell >> 3i32, (cell & 7i32).as_uvec3());
     let (brick, own) = at(cell);
-    if (space.occupied(brick) & Cells::cell(own)).is_empty() {
+    if !space.occupied(brick).has(own) {
         return flood.seed(space, brick, own);
     }
     let around = (0..27).map(|i| at(cell + IVec3::new(i % 3, i / 3 % 3, i / 9) - 1));

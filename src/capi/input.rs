@@ -35,6 +35,15 @@ macro_rules! structure_types {
 }
 pub(super) use structure_types;
 
+/// Reads a field that is 0 or 1.
+pub(super) fn flag(value: u32, field: &str) -> Result<bool, Failure> {
+    match value {
+        0 => Ok(false),
+        1 => Ok(true),
+        other => Err(Failure::argument(format!("{field} is {other}; it must be 0 or 1"))),
+    }
+}
+
 /// Reads a struct after checking its address and head.
 ///
 /// # Safety

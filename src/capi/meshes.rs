@@ -166,22 +166,10 @@ impl BgiTexture {
 
 impl BgiMaterial {
     fn desc(&self, index: usize) -> Result<MaterialDesc, Failure> {
-        let base_color_texture = match self.has_base_color_texture {
-            0 => None,
-            1 => Some(self.base_color_texture),
-            other => {
-                let text = format!("materials[{index}].hasBaseColorTexture is {other}; it must be 0 or 1");
-                return Err(Failure::argument(text));
-            }
-        };
-        let texture_alpha = match self.use_texture_alpha {
-            0 => false,
-            1 => true,
-            other => {
-                let text = format!("materials[{index}].useTextureAlpha is {other}; it must be 0 or 1");
-                return Err(Failure::argument(text));
-            }
-        };
+        let flag = |value, name: &str| input::flag(value, &format!("materials[{index}].{name}"));
+        let textured = flag(self.has_base_color_texture, "hasBaseColorTexture")?;
+        let base_color_texture = textured.then_some(self.base_color_texture);
+        let texture_alpha = flag(self.use_texture_alpha, "useTextureAlpha")?;
         let Self { id, base_color, emission, transmittance, .. } = *self;
         Ok(MaterialDesc { id, base_color, emission, base_color_texture, transmittance, texture_alpha })
     }

@@ -123,11 +123,7 @@ impl BgiSettings {
             temporal_frames: self.temporal_frames,
             pixel_rays: self.pixel_rays,
             voxelize_ms: self.voxelize_ms,
-            region_culling: match self.region_culling {
-                0 => false,
-                1 => true,
-                other => return Err(Failure::argument(format!("regionCulling is {other}, not 0 or 1"))),
-            },
+            region_culling: input::flag(self.region_culling, "regionCulling")?,
             simplify_voxels: self.simplify_voxels,
         })
     }

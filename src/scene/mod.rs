@@ -14,6 +14,7 @@ pub use camera::Camera;
 pub(crate) use clusters::Cluster;
 pub(crate) use geometry::Array;
 pub use geometry::{BufferAddress, BufferMeshDesc, IndexBuffer, IndexType, VertexBuffer, VertexFormat};
+pub(crate) use simplify::Triangles;
 pub(crate) use store::{Instance, Mesh, Scene};
 
 /// A triangle mesh of one material set.

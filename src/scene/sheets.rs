@@ -27,10 +27,9 @@ pub fn two_sided(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<bool> {
     triangles.iter().map(|t| open[bodies.root(vertex[t[0] as usize]) as usize]).collect()
 }
 
-/// For each triangle the connected body that it belongs to.
-pub fn bodies(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
-    let vertex = weld(positions);
-    let mut bodies = connected(&vertex, triangles);
+/// For each triangle the connected body that it belongs to; `vertex`: the welded positions.
+pub fn bodies(vertex: &[u32], triangles: &[[u32; 3]]) -> Vec<u32> {
+    let mut bodies = connected(vertex, triangles);
     triangles.iter().map(|t| bodies.root(vertex[t[0] as usize])).collect()
 }
 

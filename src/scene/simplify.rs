@@ -139,11 +139,12 @@ impl Mesh {
 impl Geometry {
     /// Simplified to a tolerance in the mesh's own units.
     fn simplified(&self, tolerance: f64) -> Self {
+        let welded = sheets::weld(&self.positions);
         let mut parts = BTreeMap::<_, Vec<u32>>::new();
-        for (triangle, halvings) in (0..).zip(self.halvings(tolerance)) {
+        for (triangle, halvings) in (0..).zip(self.halvings(&welded, tolerance)) {
             parts.entry((self.two_sided[triangle as usize], halvings)).or_default().push(triangle);
         }
-        let wedges = self.wedges();
+        let wedges = self.wedges(&welded);
         let (mut triangles, mut two_sided) = (Vec::new(), Vec::new());
         for ((sheet, halvings), part) in parts {
             match halvings {
@@ -159,8 +160,8 @@ impl Geometry {
     }
 
     /// How often the tolerance must be halved for each triangle, so that its solid keeps its thickness. None: it has none.
-    fn halvings(&self, tolerance: f64) -> Vec<Option<u32>> {
-        let bodies = sheets::bodies(&self.positions, &self.triangles);
+    fn halvings(&self, welded: &[u32], tolerance: f64) -> Vec<Option<u32>> {
+        let bodies = sheets::bodies(welded, &self.triangles);
         // Twice the area and six times the volume.
         let mut sizes = FxHashMap::<u32, (f64, f64, DVec3)>::default();
         for (triangle, body) in self.triangles.iter().zip(&bodies) {
@@ -181,8 +182,7 @@ impl Geometry {
 
     /// For each corner the first one of its wedge: of those about a vertex that are joined across edges which are
     /// neither creases nor seams.
-    fn wedges(&self) -> Vec<u32> {
-        let at = sheets::weld(&self.positions);
+    fn wedges(&self, at: &[u32]) -> Vec<u32> {
         let normal = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|i| self.positions[i as usize]);
             (b - a).cross(c - a).normalize_or_zero()

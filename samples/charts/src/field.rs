@@ -38,7 +38,7 @@ impl Field {
         let mut field = Self { host: Host::new(options)?, boxes, spacing, moved: vec![true; boxes] };
         // The window exists before the boxes come.
         field.frame()?;
-        let (positions, indices) = cube();
+        let scene::Mesh { positions, indices, .. } = cube();
         field.host.context_mut().update_meshes(&MeshUpdate {
             materials: &[MaterialDesc { id: FIRST, base_color: [0.5; 3], ..MaterialDesc::default() }],
             meshes: &[MeshDesc { id: FIRST, positions: &positions, uvs: &[], indices: &indices }],
@@ -95,20 +95,17 @@ impl Field {
     }
 }
 
+fn cube() -> scene::Mesh {
+    scene::Mesh::cuboid([-HALF; 3], [HALF; 3])
+}
+
 /// One box far below, which nobody sees, and a camera in the middle of the field.
 fn stage() -> Scene {
-    let (positions, indices) = cube();
     Scene {
         name: "field".into(),
-        meshes: vec![scene::Mesh { positions, uvs: Vec::new(), indices }],
+        meshes: vec![cube()],
         materials: vec![scene::Material { base_color: [0.5; 3], emission: [0.0; 3], texture: None }],
-        instances: vec![scene::Instance {
-            name: String::new(),
-            mesh: 0,
-            material: 0,
-            linear: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            translation: [0.0, -8.0, 0.0],
-        }],
+        instances: vec![scene::Instance::at(0, 0, [0.0, -8.0, 0.0])],
         sky: scene::Sky { radiance: [1.0; 3] },
         cameras: vec![SceneCamera {
             name: "middle".into(),
@@ -122,11 +119,4 @@ fn stage() -> Scene {
         }],
         ..Scene::default()
     }
-}
-
-/// Corners and triangles of a box about the origin.
-fn cube() -> (Vec<[f32; 3]>, Vec<u32>) {
-    let corner = |i: u32| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { HALF } else { -HALF });
-    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    ((0..8).map(corner).collect(), sides.iter().flat_map(|[a, b, c, d]| [*a, *b, *c, *a, *c, *d]).collect())
 }

@@ -226,7 +226,7 @@ impl History {
         let camera = self.camera / 8.0;
         let budget = LightBudget { faces: budget, bricks: 100, sweeps: 1 };
         for lit in self.table.choose_for_light(&budget, camera).0.to_vec() {
-            let position = UVec3::new(lit.position, lit.position >> 10, lit.position >> 20) & 1023;
+            let position = unpack(lit.position).as_uvec3();
             assert_eq!(self.find(position), Some(lit.base), "what is lit is what rays find");
         }
     }

@@ -178,7 +178,24 @@ impl Scene {
     }
 }
 
+impl Mesh {
+    /// A closed box, counter-clockwise seen from outside; its vertices are its own eight corners.
+    pub fn cuboid(low: [f32; 3], high: [f32; 3]) -> Self {
+        // A corner's bits are its sides of x, y and z.
+        let corner = |i: usize| std::array::from_fn(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] });
+        let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let indices = sides.iter().flat_map(|[a, b, c, d]| [*a, *b, *c, *a, *c, *d]).collect();
+        Self { positions: (0..8).map(corner).collect(), uvs: Vec::new(), indices }
+    }
+}
+
 impl Instance {
+    /// Neither turned nor scaled, and without a name.
+    pub fn at(mesh: usize, material: usize, translation: [f64; 3]) -> Self {
+        let linear = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        Self { name: String::new(), mesh, material, linear, translation }
+    }
+
     /// Object to world in double precision.
     pub fn to_world(&self, p: [f32; 3]) -> [f64; 3] {
         std::array::from_fn(|row| {

@@ -204,19 +204,10 @@ fn find(scene: &Scene, name: &InstanceName) -> Result<Vec<(u64, Instance)>> {
 
 /// Adds mesh and material; the instance is at the origin and not in the scene.
 fn add_box(scene: &mut Scene, shape: &BoxShape) -> Instance {
-    let corner = |i: u32| std::array::from_fn(|axis| shape.size[axis] * if i >> axis & 1 == 1 { 0.5 } else { -0.5 });
-    // Counter-clockwise seen from outside; a corner's bits are its sides of x, y and z.
-    let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let indices = faces.iter().flat_map(|[a, b, c, d]| [*a, *b, *c, *a, *c, *d]).collect();
-    scene.meshes.push(Mesh { positions: (0..8).map(corner).collect(), uvs: Vec::new(), indices });
+    let high = shape.size.map(|edge| edge * 0.5);
+    scene.meshes.push(Mesh::cuboid(high.map(|v| -v), high));
     scene.materials.push(Material { base_color: shape.color, emission: shape.emission, texture: None });
-    Instance {
-        name: String::new(),
-        mesh: scene.meshes.len() - 1,
-        material: scene.materials.len() - 1,
-        linear: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        translation: [0.0; 3],
-    }
+    Instance::at(scene.meshes.len() - 1, scene.materials.len() - 1, [0.0; 3])
 }
 
 /// Middle of the underside of an instance's world bounds.
