@@ -192,6 +192,19 @@ impl BrickTable {
         self.pages.used() - before + now
     }
 
+    /// Whether all of these find holes that are large enough, as [`Self::finish`] looks for them.
+    pub fn fits(&self, arriving: &[Finished]) -> bool {
+        let taken = || arriving.iter().filter(|f| self.takes(f));
+        let lengths = || taken().map(|f| f.result.words.div_ceil(PAGE_WORDS)).filter(|pages| *pages > 0);
+        if lengths().sum::<u32>() <= self.pages.longest_hole() {
+            return true;
+        }
+        let mut pages = self.pages.clone();
+        let before = taken().filter_map(|f| self.resident.get(&f.position));
+        before.filter(|b| b.pages > 0).for_each(|b| pages.free(b.page, b.pages));
+        lengths().all(|length| pages.allocate(length).is_some())
+    }
+
     /// Pages for everything: what is resident, what arrives, what has been tried, and the rest of what is missing, each of
     /// which counts as the mean of the others.
     pub fn demand(&mut self, arriving: &[Finished]) -> u32 {
