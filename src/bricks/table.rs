@@ -451,6 +451,9 @@ impl BrickTable {
             self.unreached += unreached;
             copies.push((*position, BrickCopy { source: offset, target_word, words, unused: 0 }));
         }
+        if !finished.is_empty() {
+            self.lighting.rouse();
+        }
         // A brick may have lost its place to a nearer one of the same batch.
         copies.retain(|(p, c)| self.resident.get(p).is_some_and(|b| b.page * PAGE_WORDS == c.target_word));
         copies.into_iter().map(|(_, copy)| copy).collect()
@@ -486,6 +489,7 @@ impl BrickTable {
     fn vacate(&mut self, brick: IVec3) -> u32 {
         let Some(old) = self.resident.remove(&brick) else { return 0 };
         if old.pages > 0 {
+            self.lighting.rouse();
             self.pages.free(old.page, old.pages);
             self.filled.remove(brick);
             self.unreached -= old.unreached;
@@ -577,6 +581,12 @@ impl BrickTable {
         let (chosen, faces) = self.lighting.choose(budget, self.clock, window, camera);
         debug_assert!(chosen.iter().all(|b| self.grid.find(window + unpack(b.position)) == Some(b.base)));
         (chosen, faces)
+    }
+
+    /// How far lighting has settled, 0 to 1, times the share of the bricks that could be here and are.
+    pub fn convergence(&mut self) -> f64 {
+        let (resident, missing) = (f64::from(self.resident()), f64::from(self.missing() - self.left_out()));
+        self.lighting.convergence() * if missing > 0.0 { resident / (resident + missing) } else { 1.0 }
     }
 
     /// Forgets what lighting has settled: everything converges anew.

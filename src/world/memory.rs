@@ -83,7 +83,7 @@ impl Shares {
         // A brick at a time must always be possible, and reading a mesh, however slowly.
         let frames_min = frames * (PAYLOAD_MIN + TRIANGLES_MIN);
         let least = SCRATCH_BYTES + frames_min + frames * READBACK_MIN;
-        let voxelization = (budget / 10).min(VOXELIZATION_MAX).max(least);
+        let voxelization = (budget / 16).min(VOXELIZATION_MAX).max(least);
         let readback = frames * READBACK_MIN + (voxelization - least) / 16;
         let side_by_side = (voxelization / 3).min(voxelization - frames_min - readback) / SCRATCH_BYTES;
         let batch = side_by_side.clamp(1, u64::from(BATCH_BRICKS));
@@ -343,7 +343,7 @@ impl Memory {
         let retired = retired_bytes(scope.slots);
         let beside = steady.saturating_sub(self.size("world_bricks") + excess + retired).min(self.room(scope));
         let pages = |bytes: u64| u32::try_from(bytes / PAGE_BYTES).unwrap_or(u32::MAX / PAGE_WORDS);
-        let momentary = excess + retired > steady / 16;
+        let momentary = excess + retired > steady / 64;
         BricksLimit { steady: pages(steady), beside: pages(beside), momentary }
     }
 
