@@ -392,8 +392,8 @@ impl Memory {
         let bytes = brick * u64::from(bricks).min(frame / (brick + upload).max(1));
         let wanted = bytes.clamp(PAYLOAD_MIN, frame - TRIANGLES_MIN).next_multiple_of(256);
         let have = self.frames[scope.index].payload.as_ref().map_or(0, |b| b.size);
-        // A little less than wanted will do; far too much is taken from the triangles.
-        let new = if have + have / 2 < wanted || have > 4 * wanted {
+        // A little less than wanted will do; far too much is taken from the triangles, or from other frames.
+        let new = if have + have / 2 < wanted || have > frame.min(4 * wanted) {
             let sizes = [wanted, if have == 0 { PAYLOAD_MIN } else { wanted }];
             sizes.into_iter().find(|bytes| *bytes <= self.room(scope))
         } else {
