@@ -2,6 +2,7 @@
 
 struct LightPush {
     face_count: u32,
+    brick_count: u32,
     // Number of the sweep over time.
     update: u32,
 }

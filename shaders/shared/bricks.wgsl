@@ -50,6 +50,16 @@ struct BrickCopy {
 
 const ASKS: u32 = 0x80000000u;
 
+// What lighting has found of a brick: means of its faces, radiance, sums of the three channels.
+struct LightChange {
+    // Found, less what was known.
+    difference: f32,
+    // Between the two.
+    radiance: f32,
+    // Deviation of `difference` if each face errs by itself.
+    deviation: f32,
+}
+
 // A brick chosen for lighting.
 struct LightBrick {
     // First word in `world_bricks`.

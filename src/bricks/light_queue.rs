@@ -1,6 +1,6 @@
 //! Whose turn it is to be lit.
 
-use crate::gpu::shared::LightBrick;
+use crate::gpu::shared::{LightBrick, LightChange};
 use glam::{DVec3, IVec3};
 use std::collections::BTreeMap;
 
@@ -13,6 +13,8 @@ const SETTLED: u32 = 768;
 /// What has settled starts from here when something has changed somewhere: by the time it has settled again its average
 /// has forgotten all but (640 / 768)^24, a hundredth, of what it was.
 const ROUSED: u32 = 640;
+/// Updates that are watched for changes after something has changed somewhere.
+const WATCHED: u32 = 32;
 /// Bricks lit in one frame at most: one workgroup each.
 const CHOSEN_MAX: usize = 65_535;
 
@@ -29,9 +31,29 @@ struct Turn {
     epoch: u32,
     /// When it was last looked at, of [`LightQueue::changes`].
     changes: u32,
+    /// Tells it from what had its place before.
+    serial: u32,
+    change: Change,
     due: Due,
     /// Its place in the list of its deadline.
     place: u32,
+}
+
+/// What updates say of a brick's light.
+#[derive(Clone, Copy, Debug, Default)]
+struct Change {
+    /// Updates still to be watched.
+    watched: u32,
+    /// Running averages of [`LightChange::difference`] and of its square.
+    mean: f32,
+    square: f32,
+}
+
+/// A brick that a frame has lit.
+#[derive(Clone, Copy, Debug)]
+pub struct Lit {
+    turn: u32,
+    serial: u32,
 }
 
 /// When a brick is due.
@@ -59,7 +81,7 @@ pub struct LightBudget {
 /// does not starve, for what is lit goes behind it. A turn costs no search: those of one frame lie in one list.
 ///
 /// Bricks whose light has settled sleep, until bricks come, go or change, or the lights do. Light goes far: that rouses
-/// all of them.
+/// all of them. Those whose light is then found to change are lit again at once, and their averages quickened.
 #[derive(Debug, Default)]
 pub struct LightQueue {
     turns: Vec<Turn>,
@@ -75,6 +97,7 @@ pub struct LightQueue {
     /// Kept for their memory.
     taken: Vec<u32>,
     chosen: Vec<LightBrick>,
+    lit: Vec<Lit>,
     faces: u32,
     /// Sum of faces times updates, of this epoch.
     settled: u64,
@@ -82,13 +105,27 @@ pub struct LightQueue {
     epoch: u32,
     /// Counts the changes of bricks.
     changes: u32,
+    /// Bricks that have ever entered.
+    entered: u32,
 }
 
 impl LightQueue {
     /// A brick that has never been lit, `distance` bricks from the camera. Returns its turn, by which it leaves.
     pub fn enter(&mut self, position: IVec3, base: u32, faces: u32, distance: f64) -> u32 {
         let due = Due::New((distance * 16.0) as u32);
-        let turn = Turn { position, base, faces, updates: 0, epoch: self.epoch, changes: self.changes, due, place: 0 };
+        self.entered = self.entered.wrapping_add(1);
+        let turn = Turn {
+            position,
+            base,
+            faces,
+            updates: 0,
+            epoch: self.epoch,
+            changes: self.changes,
+            serial: self.entered,
+            change: Change::default(),
+            due,
+            place: 0,
+        };
         let index = self.free.pop().unwrap_or(self.turns.len() as u32);
         if index as usize == self.turns.len() {
             self.turns.push(turn);
@@ -102,8 +139,16 @@ impl LightQueue {
 
     /// Takes a brick out.
     pub fn leave(&mut self, index: u32) {
-        let Turn { due, place, faces, updates, epoch, .. } = self.turns[index as usize];
+        let Turn { faces, updates, epoch, .. } = self.turns[index as usize];
         self.settled -= if epoch == self.epoch { u64::from(updates * faces) } else { 0 };
+        self.take_out(index);
+        self.turns[index as usize].serial = 0;
+        self.faces -= faces;
+        self.free.push(index);
+    }
+
+    fn take_out(&mut self, index: u32) {
+        let Turn { due, place, .. } = self.turns[index as usize];
         let list = self.list(due);
         list.swap_remove(place as usize);
         let (moved, is_empty) = (list.get(place as usize).copied(), list.is_empty());
@@ -115,8 +160,6 @@ impl LightQueue {
             Due::New(_) | Due::Never => {}
             Due::Frame(_) => self.waiting -= 1,
         }
-        self.faces -= faces;
-        self.free.push(index);
     }
 
     fn list(&mut self, due: Due) -> &mut Vec<u32> {
@@ -187,6 +230,8 @@ impl LightQueue {
             }
         }
         let mut first_face = 0;
+        self.lit.clear();
+        self.lit.extend(taken.iter().map(|turn| Lit { turn: *turn, serial: self.turns[*turn as usize].serial }));
         self.chosen.clear();
         self.chosen.extend(taken.iter().map(|index| {
             let turn = &mut self.turns[*index as usize];
@@ -207,6 +252,28 @@ impl LightQueue {
         }
         self.taken = taken;
         (&mut self.chosen, faces)
+    }
+
+    /// The bricks that were chosen last.
+    pub fn lit(&self) -> &[Lit] {
+        &self.lit
+    }
+
+    /// What came of lighting a brick, in frame `clock`.
+    pub fn note(&mut self, lit: Lit, found: LightChange, clock: u64) {
+        let epoch = self.epoch;
+        let turn = &mut self.turns[lit.turn as usize];
+        if turn.serial != lit.serial || turn.epoch != epoch {
+            return;
+        }
+        let Some(alpha) = turn.change.note(&found) else { return };
+        let updates = turn.updates.min((FAST as f32 / alpha) as u32);
+        self.settled -= u64::from((turn.updates - updates) * turn.faces);
+        turn.updates = updates;
+        self.take_out(lit.turn);
+        self.first = if self.waiting == 0 { clock } else { self.first.min(clock) };
+        self.put(lit.turn, Due::Frame(clock.min(self.first + SPAN - 1)));
+        self.waiting += 1;
     }
 
     /// If anything has changed, gives those that sleep their turns.
@@ -275,20 +342,46 @@ impl Turn {
     fn look(&mut self, epoch: u32, changes: u32) -> u64 {
         if self.epoch != epoch {
             (self.epoch, self.changes, self.updates) = (epoch, changes, 0);
+            self.change = Change::default();
             return 0;
         }
         let counted = u64::from(self.updates * self.faces);
         if self.changes != changes {
             (self.changes, self.updates) = (changes, self.updates.min(ROUSED));
+            (self.change.watched, self.change.mean) = (WATCHED, 0.0);
         }
         counted
     }
 }
 
+impl Change {
+    /// Takes in an update. Where it tells a change from noise: the weight that the next updates should have.
+    fn note(&mut self, found: &LightChange) -> Option<f32> {
+        let LightChange { difference, radiance, deviation } = *found;
+        let noise = self.square.max(deviation * deviation);
+        self.square += (difference * difference - self.square) / 32.0;
+        if self.watched == 0 {
+            return None;
+        }
+        self.watched -= 1;
+        self.mean += (difference - self.mean) / 4.0;
+        let change = self.mean.abs();
+        // An average of a quarter each has a seventh of the variance; four deviations are no accident.
+        let is_one = change > 0.02 * radiance && change * change > noise * (16.0 / 7.0);
+        is_one.then(|| {
+            self.mean = 0.0;
+            (4.0 * change / radiance).min(1.0)
+        })
+    }
+}
+
+/// Updates of weight 1.
+const FAST: u32 = 24;
+
 /// Weight of a brick's next lighting update: whole at first, so that light travels a bounce an update, then an average
 /// over ever more updates.
 fn alpha(updates: u32) -> f32 {
-    1.0 / (1.0 + (updates.saturating_sub(24) as f32) / 24.0)
+    1.0 / (1.0 + (updates.saturating_sub(FAST) as f32) / FAST as f32)
 }
 
 #[cfg(test)]

@@ -15,8 +15,8 @@ pub use allocator::ExtentAllocator;
 use axis_counts::AxisCounts;
 pub use cells::Cells;
 pub use grid::Grid;
-pub use light_queue::LightBudget;
 use light_queue::LightQueue;
+pub use light_queue::{LightBudget, Lit};
 #[cfg(test)]
 pub use primitives::CubeTest;
 pub use primitives::{Batch, BrickWindow, MAX_TRIANGLES, PrimitiveIndex, WorldGrid};

@@ -1,7 +1,7 @@
 //! The bricks table: what is resident, what waits, and the memory of both.
 
-use super::{AxisCounts, BrickWindow, ExtentAllocator, Grid, LightBudget, LightQueue, Viewpoint, unpack};
-use crate::gpu::shared::{BrickCopy, BrickResult, LightBrick, NONE, PAGE_WORDS};
+use super::{AxisCounts, BrickWindow, ExtentAllocator, Grid, LightBudget, LightQueue, Lit, Viewpoint, unpack};
+use crate::gpu::shared::{BrickCopy, BrickResult, LightBrick, LightChange, NONE, PAGE_WORDS};
 use glam::{DVec3, IVec3, UVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -581,6 +581,16 @@ impl BrickTable {
         let (chosen, faces) = self.lighting.choose(budget, self.clock, window, camera);
         debug_assert!(chosen.iter().all(|b| self.grid.find(window + unpack(b.position)) == Some(b.base)));
         (chosen, faces)
+    }
+
+    /// The bricks that were chosen last.
+    pub fn lit(&self) -> &[Lit] {
+        self.lighting.lit()
+    }
+
+    /// What came of lighting bricks: [`LightQueue::note`].
+    pub fn note_light(&mut self, found: impl Iterator<Item = (Lit, LightChange)>) {
+        found.for_each(|(lit, found)| self.lighting.note(lit, found, self.clock));
     }
 
     /// How far lighting has settled, 0 to 1, times the share of the bricks that could be here and are.

@@ -17,7 +17,7 @@ pub fn light(
     let groups = face_count.div_ceil(64);
     frame.dispatch("face_compact", [bricks.len() as u32, 1, 1], [0u32; 0]);
     for sweep in 0..sweeps {
-        let push = LightPush { face_count, update: first_update + sweep };
+        let push = LightPush { face_count, brick_count: bricks.len() as u32, update: first_update + sweep };
         // Without bounces it still clears what the sweep before left.
         if has_lights || !bounces {
             frame.dispatch("light_direct", [groups, 1, 1], push);
@@ -25,6 +25,6 @@ pub fn light(
         if bounces {
             frame.dispatch("light_bounce", [groups, 1, 1], push);
         }
-        frame.dispatch("light_store", [groups, 1, 1], push);
+        frame.dispatch("light_store", [push.brick_count, 1, 1], push);
     }
 }

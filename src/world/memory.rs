@@ -14,8 +14,8 @@ use crate::context::ResourceSize;
 use crate::error::{Error, Result};
 use crate::frame::Command;
 use crate::gpu::shared::{
-    APRON_COUNT, BATCH_BRICKS, BLOCK_WORDS, BrickResult, COUNTER_WORDS, LightBrick, PAGE_WORDS, RECORD_WORDS,
-    REQUESTS_WORD,
+    APRON_COUNT, BATCH_BRICKS, BLOCK_WORDS, BrickResult, COUNTER_WORDS, LightBrick, LightChange, PAGE_WORDS,
+    RECORD_WORDS, REQUESTS_WORD,
 };
 use crate::gpu::{Bound, Buffer, Copies, Location, Player, Slot};
 use crate::settings::Settings;
@@ -57,6 +57,9 @@ const FRAME_SPARE_MAX: u64 = 8 << 20;
 
 /// Of `counters`.
 const COUNTER_BYTES: u64 = COUNTER_WORDS as u64 * 4;
+/// Of `light_changes`, a brick; and bricks by which it grows at least.
+const CHANGE_BYTES: u64 = size_of::<LightChange>() as u64;
+const CHANGES_STEP: u64 = 256;
 
 /// Part of a frame's share that its results may take.
 const RESULTS_PART: u64 = 16;
@@ -115,7 +118,7 @@ impl Shares {
             + self.lighting()
             + self.voxelization
             + self.uploads(fixed.lights)
-            + self.frames_in_flight * COUNTER_BYTES;
+            + self.frames_in_flight * (COUNTER_BYTES + CHANGES_STEP * CHANGE_BYTES);
         let left = self.budget.saturating_sub(others);
         let mean = mean_brick.max(PAGE_BYTES);
         left * mean / (mean + self.frames_in_flight * UPLOAD_BRICK_BYTES)
@@ -136,6 +139,8 @@ pub struct Fixed {
 struct FrameBuffers {
     results: Option<Buffer>,
     counters: Option<Buffer>,
+    /// What lighting has found of each brick.
+    changes: Option<Buffer>,
     payload: Option<Buffer>,
     /// What the frame copies out of the host's buffers.
     readback: Option<Buffer>,
@@ -216,7 +221,8 @@ impl Memory {
 
     /// Bytes of every live buffer but those of the slots.
     fn live(&self) -> u64 {
-        let own = self.frames.iter().flat_map(|f| [&f.results, &f.payload, &f.readback, &f.counters]).flatten();
+        let own = self.frames.iter();
+        let own = own.flat_map(|f| [&f.results, &f.payload, &f.readback, &f.counters, &f.changes]).flatten();
         self.buffers.values().chain(own).map(|b| b.size).sum()
     }
 
@@ -227,10 +233,28 @@ impl Memory {
         self.shares.budget.saturating_sub(taken)
     }
 
-    /// Bricks that lighting may list in what is left of it.
-    pub fn light_bricks(&self, scope: &FrameScope) -> usize {
+    /// Makes room for what lighting finds of up to `bricks` bricks; how many it may list.
+    pub fn fit_light_bricks(&mut self, scope: &mut FrameScope, bricks: u32) -> Result<usize> {
+        let have = self.frames[scope.index].changes.as_ref().map_or(0, |b| b.size);
+        let wanted = u64::from(bricks).next_multiple_of(CHANGES_STEP) * CHANGE_BYTES;
+        let wanted = [wanted, CHANGES_STEP * CHANGE_BYTES];
+        if let Some(bytes) = wanted.into_iter().find(|bytes| *bytes > have && *bytes <= self.room(scope)) {
+            let changes = Buffer::new(scope.device, bytes, Location::Readback)?;
+            if let Some(old) = self.frames[scope.index].changes.replace(changes) {
+                scope.slot().retire(old);
+            }
+        }
+        let changes = self.frames[scope.index].changes.as_ref().map_or(0, |b| b.size / CHANGE_BYTES);
         let taken = scope.frame.upload.bytes().len() as u64 + UPLOAD_VIEW_BYTES;
-        (self.upload_limit(scope).saturating_sub(taken) / size_of::<LightBrick>() as u64) as usize
+        let listed = self.upload_limit(scope).saturating_sub(taken) / size_of::<LightBrick>() as u64;
+        Ok(listed.min(changes) as usize)
+    }
+
+    /// What the lighting of the slot's last frame found of the first bricks, as [`crate::bricks::BrickTable::note_light`]
+    /// takes it.
+    pub fn light_changes(&self, index: usize, count: usize) -> Vec<LightChange> {
+        let changes = self.frames[index].changes.as_ref().filter(|_| count > 0);
+        changes.map_or(Vec::new(), |b| b.read(count))
     }
 
     /// Bytes that a new buffer may have now.
@@ -523,7 +547,12 @@ impl Memory {
     pub fn bind(&mut self, index: usize, player: &mut Player) {
         let whole = |b: &Buffer| Bound::Buffer(b.raw, 0, b.size);
         let frame = &self.frames[index];
-        let own = [("brick_results", &frame.results), ("counters", &frame.counters), ("payload", &frame.payload)];
+        let own = [
+            ("brick_results", &frame.results),
+            ("counters", &frame.counters),
+            ("light_changes", &frame.changes),
+            ("payload", &frame.payload),
+        ];
         player.bound.extend(self.buffers.iter().map(|(name, b)| (*name, whole(b))));
         player.bound.extend(frame.source.map(|(raw, size)| ("brick_source", Bound::Buffer(raw, 0, size))));
         player.bound.extend(own.into_iter().filter_map(|(name, b)| b.as_ref().map(|b| (name, whole(b)))));
@@ -540,6 +569,7 @@ impl Memory {
         let others = [
             ("brick_results", total(|f| &f.results)),
             ("counters", total(|f| &f.counters)),
+            ("light_changes", total(|f| &f.changes)),
             ("payload", total(|f| &f.payload)),
             ("readback", total(|f| &f.readback)),
             ("upload", slots.iter().map(Slot::upload_bytes).sum()),
@@ -552,8 +582,8 @@ impl Memory {
     pub fn destroy(&mut self, device: &crate::gpu::Device) {
         self.buffers.drain().for_each(|(_, mut b)| b.destroy(device));
         for frame in &mut self.frames {
-            let own = [frame.results.take(), frame.counters.take(), frame.payload.take(), frame.readback.take()];
-            own.into_iter().flatten().for_each(|mut b| b.destroy(device));
+            let FrameBuffers { results, counters, changes, payload, readback, .. } = std::mem::take(frame);
+            [results, counters, changes, payload, readback].into_iter().flatten().for_each(|mut b| b.destroy(device));
         }
     }
 }

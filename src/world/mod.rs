@@ -6,7 +6,7 @@ mod readback;
 mod voxelization;
 
 use crate::bricks::{
-    Batch, BrickTable, Cells, Finished, LightBudget, PrimitiveIndex, Regions, Viewpoint, WorldGrid, unpack,
+    Batch, BrickTable, Cells, Finished, LightBudget, Lit, PrimitiveIndex, Regions, Viewpoint, WorldGrid, unpack,
 };
 use crate::context::ResourceSize;
 use crate::error::Result;
@@ -65,6 +65,7 @@ impl<'a> FrameScope<'a> {
 struct Flight {
     bricks: Vec<IVec3>,
     light_rays: u64,
+    lit: Vec<Lit>,
     /// Low corner of the window, voxels.
     window: IVec3,
 }
@@ -225,6 +226,9 @@ impl World {
         self.upload_materials(scope, scene)?;
         self.commit(scope, scene)?;
         self.take_requests(scope.index);
+        let lit = &mut self.flights[scope.index].lit;
+        let found = self.memory.light_changes(scope.index, lit.len());
+        self.table.note_light(lit.drain(..).zip(found));
         let again = self.regions.update(self.short);
         self.table.touch_reach(&again);
         let viewpoint = Viewpoint::new(eye / 8.0, clip, 8.0 * self.grid.voxel_size);
@@ -361,7 +365,8 @@ impl World {
         let sweeps = (settings.light_faces_per_frame / total.max(1)).clamp(1, SWEEPS_MAX);
         let room = self.memory.fit_lighting(scope, total.min(settings.light_faces_per_frame))?;
         let budget = settings.light_faces_per_frame.min(room);
-        let budget = LightBudget { faces: budget, bricks: self.memory.light_bricks(scope), sweeps };
+        let bricks = self.memory.fit_light_bricks(scope, self.table.resident())?;
+        let budget = LightBudget { faces: budget, bricks, sweeps };
         let window = self.table.window();
         let (bricks, faces) = self.table.choose_for_light(&budget, camera);
         if self.regions.any_masked() {
@@ -381,6 +386,7 @@ impl World {
             self.updates = self.updates.wrapping_add(sweeps);
         }
         let per_face = u64::from(settings.bounce_rays) + u64::from(settings.direct_samples) * lights.len() as u64;
+        self.flights[scope.index].lit.extend_from_slice(self.table.lit());
         self.flights[scope.index].window = window * 8;
         self.flights[scope.index].light_rays = u64::from(faces) * u64::from(sweeps) * per_face;
         Ok(())
