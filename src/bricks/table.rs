@@ -85,6 +85,8 @@ pub struct BrickTable {
     census: Option<Census>,
     /// Nothing has changed since nothing was found to voxelise.
     quiet: bool,
+    /// Pages that were in use when bricks last moved together.
+    compacted: Option<u32>,
 }
 
 impl BrickTable {
@@ -111,6 +113,7 @@ impl BrickTable {
             lighting: LightQueue::default(),
             census: None,
             quiet: false,
+            compacted: None,
         }
     }
 
@@ -593,6 +596,7 @@ fn first_beyond(mut bricks: &mut [(f64, u32)], pages: u32) -> f64 {
     f64::INFINITY
 }
 
+mod compact;
 #[cfg(test)]
 mod histories;
 #[cfg(test)]

@@ -297,6 +297,7 @@ impl World {
             }
         }
         self.fit_pages(scope, scene, &finished)?;
+        let moves = self.table.compact();
         self.table.share_out();
         let copies = self.table.finish(&finished);
         finished.iter().filter(|f| !self.primitives.holds(f.position)).for_each(|f| self.table.forget(f.position));
@@ -311,7 +312,7 @@ impl World {
             self.lights_changed();
         }
         let grid_writes = self.table.grid.take_writes();
-        passes::bricks::commit(&mut scope.frame, &copies, &grid_writes);
+        passes::bricks::commit(&mut scope.frame, &moves, &copies, &grid_writes);
         Ok(())
     }
 

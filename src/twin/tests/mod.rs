@@ -1,5 +1,6 @@
 //! The claims.
 
+mod compact;
 mod limits;
 mod pack;
 mod settled;
