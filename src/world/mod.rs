@@ -1,6 +1,7 @@
 //! The shared world on the GPU: what a frame does to it.
 
 mod growth;
+mod hearing;
 mod memory;
 mod readback;
 mod voxelization;
@@ -20,6 +21,7 @@ use crate::passes;
 use crate::scene::{Light, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
+use hearing::{Hear, Hearing};
 use memory::{Fixed, Memory};
 use readback::Readback;
 use rustc_hash::FxHashMap;
@@ -74,6 +76,7 @@ pub struct World {
     pub table: BrickTable,
     primitives: PrimitiveIndex,
     regions: Regions,
+    hearing: Hearing,
     /// The world, all of its faces lit, does not fit into its memory.
     short: bool,
     /// They find which triangles touch which bricks.
@@ -121,6 +124,7 @@ impl World {
             table,
             primitives: PrimitiveIndex::default(),
             regions: Regions::default(),
+            hearing: Hearing::default(),
             short: false,
             workers: Workers::default(),
             grid: WorldGrid {
@@ -297,6 +301,7 @@ impl World {
             }
         }
         self.fit_pages(scope, scene, &finished)?;
+        self.table.survey(self.short);
         let moves = self.table.compact();
         self.table.share_out();
         let copies = self.table.finish(&finished);
@@ -309,6 +314,7 @@ impl World {
         if !finished.is_empty() && self.table.has_loaded() {
             self.loads += 1;
             self.regions.forget_requests();
+            self.hearing = Hearing::default();
             self.lights_changed();
         }
         let grid_writes = self.table.grid.take_writes();
@@ -318,10 +324,19 @@ impl World {
 
     /// Takes in which faces without light rays came to in the slot's last frame.
     fn take_requests(&mut self, index: usize) {
-        if self.regions.any_masked() {
-            let window = self.flights[index].window;
-            let requests = self.memory.requests(index).into_iter().map(|(cell, count)| (window + cell, count));
-            self.regions.take_requests(requests, self.rays(index));
+        if !self.short {
+            self.hearing = Hearing::default();
+            return;
+        }
+        let is_still = self.table.is_idle() && self.regions.is_idle();
+        match self.hearing.update(is_still, self.table.left_out()) {
+            Hear::Requests { share } if self.regions.any_masked() => {
+                let window = self.flights[index].window;
+                let requests = self.memory.requests(index).into_iter().map(|(cell, count)| (window + cell, count));
+                self.regions.take_requests(requests, self.rays(index), share);
+            }
+            Hear::Requests { .. } | Hear::Nothing => {}
+            Hear::Anew => self.regions.forget_requests(),
         }
     }
 

@@ -25,8 +25,8 @@ impl BrickTable {
     /// Not while anything else is to be done: what arrives fills holes by itself. Nor again where it was of no use.
     fn is_scattered(&self) -> bool {
         let (used, capacity) = (self.pages.used(), self.pages.capacity());
-        let idle = self.quiet && !self.busy() && self.is_full() && !self.waiting.is_empty();
-        idle && capacity - used > capacity / 16 && self.compacted != Some(used)
+        let lacking = self.is_full() && !self.waiting.is_empty();
+        self.is_idle() && lacking && capacity - used > capacity / 16 && self.compacted != Some(used)
     }
 
     /// Moves bricks, in the order of their pages and up to so many pages of them, to the end of those before. One after the

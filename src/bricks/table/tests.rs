@@ -289,3 +289,17 @@ fn holes_smaller_than_a_brick_are_filled() {
     assert!(table.resident() > scattered, "{} bricks", table.resident());
     assert!(table.compact().is_empty(), "nothing is moved again");
 }
+
+/// What there is no memory for is tried once where that is asked for, and never again while nothing changes.
+#[test]
+fn what_does_not_fit_is_surveyed_once() {
+    let (mut table, bricks) = table(4000);
+    let tries = settle(&mut table, DVec3::ZERO);
+    assert!(tries < bricks.len() && table.waiting.values().any(|w| w.pages.is_none()));
+    table.survey(true);
+    let more = settle(&mut table, DVec3::ZERO);
+    assert!(table.waiting.iter().all(|(b, w)| w.pages == Some(pages_of(*b))), "all are known");
+    assert!(tries + more < bricks.len() * 3 / 2, "{tries} and {more} tries for {} bricks", bricks.len());
+    assert_nearest(&table);
+    assert_eq!(settle(&mut table, DVec3::ZERO), 0, "nothing has changed");
+}
