@@ -487,7 +487,7 @@ fn differences(found: &[f64], expected: &[f64]) -> [f64; 2] {
 #[test]
 fn what_is_out_of_reach_is_not_missed() {
     let [culled, whole] = rooms_both("a").map(|mut host| {
-        run(&mut host, FRAMES / 2);
+        run(&mut host, FRAMES);
         watch(&mut host)
     });
     let [rms, _] = differences(&culled, &whole);
