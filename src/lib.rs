@@ -17,7 +17,7 @@
 //!
 //! | group | passes |
 //! |---|---|
-//! | bricks | `brick_commit`, `grid_update`, `voxel_mark`, `voxelize`, `face_resolve` |
+//! | bricks | `brick_compact`, `brick_commit`, `grid_update`, `voxel_mark`, `voxelize`, `face_resolve` |
 //! | lighting | `face_compact`, then `light_direct`, `light_bounce`, `light_store` for each sweep |
 //! | probes | `probe_place`, `probe_trace`, `probe_filter` |
 //! | resolve | `resolve` |

@@ -63,6 +63,18 @@ impl ExtentAllocator {
         self.insert_hole(start, length);
     }
 
+    /// Start and length of the lowest hole that something lies behind.
+    pub fn first_gap(&self) -> Option<(u32, u32)> {
+        self.holes.first_key_value().map(|(start, length)| (*start, *length)).filter(|(s, l)| s + l < self.capacity)
+    }
+
+    /// What lies right behind the first gap, so many units, moves to its start; the gap now lies behind it.
+    pub fn close_up(&mut self, length: u32) {
+        let Some((start, hole)) = self.first_gap() else { return };
+        self.remove_hole(start, hole);
+        self.insert_hole(start + length, hole);
+    }
+
     fn insert_hole(&mut self, mut start: u32, mut length: u32) {
         if let Some((&before, &size)) = self.holes.range(..start).next_back()
             && before + size == start
@@ -126,6 +138,17 @@ mod tests {
             self.mark((start, length), false);
         }
 
+        /// The extent behind the first gap moves up to what lies before it.
+        fn close_up(&mut self) {
+            let Some((start, hole)) = self.space.first_gap() else { return };
+            let index = self.extents.iter().position(|e| e.0 == start + hole).expect("something lies behind a gap");
+            let (from, length) = self.extents[index];
+            self.space.close_up(length);
+            self.mark((from, length), false);
+            self.mark((start, length), true);
+            self.extents[index].0 = start;
+        }
+
         fn grow(&mut self, capacity: u32) {
             self.space.grow(capacity);
             self.units.resize(capacity as usize, false);
@@ -156,11 +179,20 @@ mod tests {
             } else if !owned.extents.is_empty() {
                 owned.free(random.below(owned.extents.len() as u32) as usize);
             }
+            if random.chance(0.1) {
+                owned.close_up();
+            }
             if step % 2000 == 1999 {
                 owned.grow(owned.space.capacity() + random.below(200));
             }
             owned.check();
         }
+        while owned.space.first_gap().is_some() {
+            owned.close_up();
+        }
+        owned.check();
+        let end: u32 = owned.extents.iter().map(|e| e.1).sum();
+        assert!(owned.space.holes.len() <= 1 && owned.extents.iter().all(|e| e.0 + e.1 <= end), "no gap is left");
         while !owned.extents.is_empty() {
             owned.free(random.below(owned.extents.len() as u32) as usize);
         }

@@ -211,6 +211,11 @@ impl Flood {
                 }
             }
         }
+        self.is_done()
+    }
+
+    /// Whether nothing is left to do.
+    pub fn is_done(&self) -> bool {
         self.frontier.is_empty()
     }
 

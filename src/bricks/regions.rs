@@ -11,8 +11,6 @@ use std::collections::BTreeSet;
 const STEPS: usize = 4096;
 /// Bricks looked at in one frame for sides that light has ceased to reach.
 const CHECKS: usize = 1024;
-/// Share of all rays that may come to faces without light.
-const ASKING_SHARE: f64 = 1e-4;
 /// Of each frame, how much of what has been counted before is kept.
 const KEPT: f64 = 0.9;
 /// Cells that a camera may move in a frame without being looked for.
@@ -117,14 +115,14 @@ impl Regions {
     }
 
     /// Takes in cells (the low corner of 2 x 2 x 2 of them) at which rays have come to faces without light, how many came
-    /// to each, and how many rays there were. Where they are too many, what most of them came to is flooded in.
-    pub fn take_requests(&mut self, requests: impl Iterator<Item = (IVec3, u32)>, rays: u64) {
+    /// to each, and how many rays there were. Where they are more than this share of them, what most came to is flooded in.
+    pub fn take_requests(&mut self, requests: impl Iterator<Item = (IVec3, u32)>, rays: u64, share: f64) {
         let found: Vec<(IVec3, u32)> =
             requests.filter_map(|(corner, count)| Some((self.unreached_beside(corner)?, count))).collect();
         let count: f64 = found.iter().map(|(_, count)| f64::from(*count)).sum();
         self.asking = KEPT * self.asking + count;
         self.rays = KEPT * self.rays + rays as f64;
-        if self.asking <= ASKING_SHARE * self.rays {
+        if self.asking <= share * self.rays {
             return;
         }
         let most = found.iter().map(|(_, count)| *count).max().unwrap_or(0);
@@ -145,6 +143,14 @@ impl Regions {
     fn unreached_beside(&self, corner: IVec3) -> Option<IVec3> {
         let cells = (0..8).map(|i| corner + IVec3::new(i & 1, i >> 1 & 1, i >> 2));
         cells.into_iter().find(|cell| self.unreached(*cell >> 3i32).has((*cell & 7i32).as_uvec3()))
+    }
+
+    /// Whether all that has changed has been flooded and looked at.
+    pub fn is_idle(&self) -> bool {
+        !self.stale
+            && self.next.is_none()
+            && self.checks.is_empty()
+            && self.reached.as_ref().is_some_and(Flood::is_done)
     }
 
     /// Whether rays that start at open faces of a brick start where light or eye reaches.

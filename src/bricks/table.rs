@@ -75,6 +75,10 @@ pub struct BrickTable {
     reach: f64,
     /// Memory has been freed, or the anchor has moved: `reach` may be too short.
     freed: bool,
+    /// Bricks beyond `reach` are voxelised once.
+    surveys: bool,
+    /// Those of them that are in flight.
+    surveyed: FxHashSet<IVec3>,
     unreached: u32,
     /// New bricks since everything was there.
     entered: u32,
@@ -85,6 +89,8 @@ pub struct BrickTable {
     census: Option<Census>,
     /// Nothing has changed since nothing was found to voxelise.
     quiet: bool,
+    /// Pages that were in use when bricks last moved together.
+    compacted: Option<u32>,
 }
 
 impl BrickTable {
@@ -105,12 +111,15 @@ impl BrickTable {
             anchor: DVec3::INFINITY,
             reach: f64::INFINITY,
             freed: false,
+            surveys: false,
+            surveyed: FxHashSet::default(),
             unreached: 0,
             entered: 0,
             clock: 0,
             lighting: LightQueue::default(),
             census: None,
             quiet: false,
+            compacted: None,
         }
     }
 
@@ -237,6 +246,11 @@ impl BrickTable {
         !self.in_flight.is_empty()
     }
 
+    /// Whether nothing is to be voxelised, or under way.
+    pub fn is_idle(&self) -> bool {
+        self.quiet && !self.busy()
+    }
+
     /// Whether bricks have been refused for lack of memory.
     pub fn is_full(&self) -> bool {
         self.reach < f64::INFINITY
@@ -249,6 +263,15 @@ impl BrickTable {
         }
         let since = self.clock;
         self.waiting.extend(self.oversized.drain().map(|brick| (brick, Waiting { since, pages: None })));
+    }
+
+    /// Whether bricks for which there is no memory are voxelised once all the same: which of their voxels are occupied says
+    /// what the others need.
+    pub fn survey(&mut self, surveys: bool) {
+        if surveys != self.surveys {
+            self.surveys = surveys;
+            self.changed();
+        }
     }
 
     /// From the anchor, squared, in bricks.
@@ -364,14 +387,15 @@ impl BrickTable {
 
     /// Up to `count` bricks to voxelise now, with their pages where they are known. Each has a deadline: the frame in which
     /// it began to wait and [`Viewpoint::patience`]. So what is in view comes first, then what is near, and nothing
-    /// starves. What is resident and has changed is redone wherever it lies.
+    /// starves. What is resident and has changed is redone wherever it lies, what has never been tried where that is asked
+    /// for ([`Self::survey`]).
     pub fn next(&mut self, count: usize, viewpoint: &Viewpoint) -> Vec<(IVec3, Option<u32>)> {
         if self.quiet {
             return Vec::new();
         }
         let within = |b: &IVec3| self.distance(*b) < self.reach || self.resident.contains_key(b);
         let deadline = |b: IVec3, w: &Waiting| (w.since as f64 + viewpoint.patience(b), b.to_array());
-        let waiting = self.waiting.iter().filter(|(b, _)| within(b));
+        let waiting = self.waiting.iter().filter(|(b, w)| within(b) || self.surveys && w.pages.is_none());
         let mut queue: Vec<_> = waiting.map(|(b, w)| (deadline(*b, w), *b, w.pages)).collect();
         let earlier = |a: &((f64, [i32; 3]), IVec3, Option<u32>), b: &((f64, [i32; 3]), IVec3, Option<u32>)| {
             a.0.0.total_cmp(&b.0.0).then_with(|| a.0.1.cmp(&b.0.1))
@@ -408,7 +432,10 @@ impl BrickTable {
 
     /// Marks a brick as handed to the GPU.
     pub fn start(&mut self, brick: IVec3) {
-        self.waiting.remove(&brick);
+        let unknown = self.waiting.remove(&brick).is_some_and(|w| w.pages.is_none());
+        if unknown && self.distance(brick) >= self.reach && !self.resident.contains_key(&brick) {
+            self.surveyed.insert(brick);
+        }
         self.in_flight.insert(brick);
         self.changed();
     }
@@ -466,6 +493,8 @@ impl BrickTable {
         let taken = self.takes(finished);
         self.in_flight.remove(position);
         let dirty = self.dirty.remove(position);
+        // What it takes may be less than was thought.
+        self.freed |= self.surveyed.remove(position);
         let pages = result.words.div_ceil(PAGE_WORDS);
         if taken {
             self.entered += u32::from(!self.resident.contains_key(position));
@@ -626,6 +655,7 @@ fn first_beyond(mut bricks: &mut [(f64, u32)], pages: u32) -> f64 {
     f64::INFINITY
 }
 
+mod compact;
 #[cfg(test)]
 mod histories;
 #[cfg(test)]

@@ -61,12 +61,13 @@ impl World {
         }
         // A few bricks say little of the others: what they ask for must leave room for the last step.
         let first_step = if (self.table.resident() + arriving.len() as u32) * FEW < bricks {
-            (steady / FEW).max(self.table.pages_with(arriving) + arriving_slack(arriving))
+            let beyond = if self.table.is_full() { 2 * capacity } else { 0 };
+            (steady / FEW).max(self.table.pages_with(arriving) + arriving_slack(arriving)).max(beyond)
         } else {
             u32::MAX
         };
         let target = if wanted > steady / 2 { beside } else { wanted.min(beside) }.min(first_step);
-        if target < wanted && momentary {
+        if target < wanted.min(first_step) && momentary {
             return Ok(());
         }
         if target > capacity + capacity / 8 {

@@ -226,9 +226,10 @@ impl Memory {
         self.buffers.values().chain(own).map(|b| b.size).sum()
     }
 
-    /// Bytes that this frame's upload buffer may have.
+    /// Bytes that this frame's upload buffer may have. What the other frames cannot do without is theirs.
     pub fn upload_limit(&self, scope: &FrameScope) -> u64 {
-        let others = scope.slots.iter().enumerate().filter(|(i, _)| *i != scope.index).map(|(_, s)| s.upload_bytes());
+        let others = scope.slots.iter().enumerate().filter(|(i, _)| *i != scope.index);
+        let others = others.map(|(_, s)| s.upload_bytes().max(scope.upload_least));
         let taken = self.live() + retired_bytes(scope.slots) + others.sum::<u64>();
         self.shares.budget.saturating_sub(taken)
     }
@@ -264,9 +265,14 @@ impl Memory {
         self.upload_limit(scope).saturating_sub(upload)
     }
 
+    /// What no frame's upload can do without.
+    pub fn upload_least(lights: u64) -> u64 {
+        UPLOAD_BASE_BYTES + lights
+    }
+
     /// What is to be kept free for the small parts of a frame's upload.
     pub fn upload_reserve(bricks: u32, lights: u64) -> u64 {
-        UPLOAD_BASE_BYTES + lights + u64::from(bricks) * size_of::<LightBrick>() as u64
+        Self::upload_least(lights) + u64::from(bricks) * size_of::<LightBrick>() as u64
     }
 
     /// The frame's upload must fit: the limit of its buffer.

@@ -1,6 +1,7 @@
 //! The shared world on the GPU: what a frame does to it.
 
 mod growth;
+mod hearing;
 mod memory;
 mod readback;
 mod voxelization;
@@ -20,6 +21,7 @@ use crate::passes;
 use crate::scene::{Light, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
+use hearing::{Hear, Hearing};
 use memory::{Fixed, Memory};
 use readback::Readback;
 use rustc_hash::FxHashMap;
@@ -39,6 +41,8 @@ pub struct FrameScope<'a> {
     pub frame_index: u32,
     /// Bytes of the frame's upload that are kept free for its small parts.
     pub upload_reserve: u64,
+    /// Bytes that each of the others' may need.
+    pub upload_least: u64,
     pub frame: Frame,
 }
 
@@ -52,7 +56,7 @@ impl<'a> FrameScope<'a> {
         frame_index: u32,
         frame: Frame,
     ) -> Self {
-        Self { device, settings, slots, index, frame_index, upload_reserve: 0, frame }
+        Self { device, settings, slots, index, frame_index, upload_reserve: 0, upload_least: 0, frame }
     }
 
     fn slot(&mut self) -> &mut Slot {
@@ -75,6 +79,7 @@ pub struct World {
     pub table: BrickTable,
     primitives: PrimitiveIndex,
     regions: Regions,
+    hearing: Hearing,
     /// The world, all of its faces lit, does not fit into its memory.
     short: bool,
     /// They find which triangles touch which bricks.
@@ -123,6 +128,7 @@ impl World {
             table,
             primitives: PrimitiveIndex::default(),
             regions: Regions::default(),
+            hearing: Hearing::default(),
             short: false,
             workers: Workers::default(),
             grid: WorldGrid {
@@ -221,6 +227,7 @@ impl World {
         self.memory.check(&fixed)?;
         self.steady_frames = self.steady_frames.saturating_add(1);
         scope.upload_reserve = Memory::upload_reserve(self.table.resident(), fixed.lights);
+        scope.upload_least = Memory::upload_least(fixed.lights);
         self.memory.fit_counters(scope)?;
         scope.frame.commands.push(Command::Clear("counters"));
         self.upload_materials(scope, scene)?;
@@ -308,6 +315,8 @@ impl World {
             }
         }
         self.fit_pages(scope, scene, &finished)?;
+        self.table.survey(self.short);
+        let moves = self.table.compact();
         self.table.share_out();
         let copies = self.table.finish(&finished);
         finished.iter().filter(|f| !self.primitives.holds(f.position)).for_each(|f| self.table.forget(f.position));
@@ -318,19 +327,29 @@ impl World {
         }
         if !finished.is_empty() && self.table.has_loaded() {
             self.regions.forget_requests();
+            self.hearing = Hearing::default();
             self.forget_light();
         }
         let grid_writes = self.table.grid.take_writes();
-        passes::bricks::commit(&mut scope.frame, &copies, &grid_writes);
+        passes::bricks::commit(&mut scope.frame, &moves, &copies, &grid_writes);
         Ok(())
     }
 
     /// Takes in which faces without light rays came to in the slot's last frame.
     fn take_requests(&mut self, index: usize) {
-        if self.regions.any_masked() {
-            let window = self.flights[index].window;
-            let requests = self.memory.requests(index).into_iter().map(|(cell, count)| (window + cell, count));
-            self.regions.take_requests(requests, self.rays(index));
+        if !self.short {
+            self.hearing = Hearing::default();
+            return;
+        }
+        let is_still = self.table.is_idle() && self.regions.is_idle();
+        match self.hearing.update(is_still, self.table.left_out()) {
+            Hear::Requests { share } if self.regions.any_masked() => {
+                let window = self.flights[index].window;
+                let requests = self.memory.requests(index).into_iter().map(|(cell, count)| (window + cell, count));
+                self.regions.take_requests(requests, self.rays(index), share);
+            }
+            Hear::Requests { .. } | Hear::Nothing => {}
+            Hear::Anew => self.regions.forget_requests(),
         }
     }
 

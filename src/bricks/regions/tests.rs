@@ -255,7 +255,7 @@ impl History {
             }
             6 => {
                 let corner = self.model.random_cell(&mut self.random) & !1i32;
-                self.regions.take_requests([(corner, 100)].into_iter(), 10_000);
+                self.regions.take_requests([(corner, 100)].into_iter(), 10_000, 1e-4);
             }
             _ => {
                 let eye = self.model.random_cell(&mut self.random);

@@ -150,6 +150,16 @@ impl History {
         }
     }
 
+    /// As `BrickTable::compact`, at any time.
+    fn close_gaps(&mut self) {
+        let pages = self.random.below(self.table.pages.capacity());
+        for run in self.table.close_gaps(pages) {
+            let [from, to, count] = [run.source, run.target_word, run.words].map(|words| (words / PAGE_WORDS) as usize);
+            assert!(to < from, "bricks move towards the start");
+            self.world_bricks.copy_within(from..from + count, to);
+        }
+    }
+
     /// Whether a result is what the scene holds, and complete.
     fn is_current(&self, finished: &Finished) -> bool {
         !self.table.dirty.contains(&finished.position) && finished.result.offset != NONE
@@ -161,6 +171,9 @@ impl History {
         let finished: Vec<Finished> = arrived.iter().map(|a| a.0).collect();
         if self.random.chance(0.02) {
             self.fit();
+        }
+        if self.random.chance(0.1) {
+            self.close_gaps();
         }
         let demand = self.table.demand(&finished);
         assert!(demand < 1 << 24, "{demand} pages asked for");

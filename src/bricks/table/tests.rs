@@ -249,3 +249,57 @@ fn what_has_vanished_is_forgotten() {
     table.forget(gone);
     assert_eq!((table.resident() as usize, table.missing()), (bricks.len() - 1, 0));
 }
+
+/// Bricks that have come to take less leave holes that none of those which wait fits into.
+#[test]
+fn holes_smaller_than_a_brick_are_filled() {
+    let (mut table, bricks) = table(8000);
+    let voxelise = |table: &mut BrickTable, next: &[IVec3], pages: u32| {
+        next.iter().for_each(|b| table.start(*b));
+        let result = BrickResult { words: pages * PAGE_WORDS, ..BrickResult::default() };
+        let finished: Vec<_> = next.iter().map(|b| Finished { position: *b, result }).collect();
+        table.finish(&finished);
+    };
+    let settle = |table: &mut BrickTable, compacts: bool| {
+        for round in 0.. {
+            assert!(round < 200, "there is no end to it");
+            let moved = compacts && !table.compact().is_empty();
+            table.share_out();
+            let next = table.next(50, &Viewpoint::all_round(DVec3::ZERO));
+            let next: Vec<IVec3> = next.into_iter().map(|b| b.0).collect();
+            voxelise(table, &next, 20);
+            if next.is_empty() && !moved {
+                break;
+            }
+        }
+    };
+    settle(&mut table, false);
+    assert_eq!((table.resident(), table.pages.used()), (400, 8000), "full");
+    let mut resident = table.by_distance();
+    resident.sort_by_key(|b| pages_of(*b));
+    for brick in resident {
+        table.touch(&[brick]);
+        voxelise(&mut table, &[brick], 17);
+    }
+    settle(&mut table, false);
+    let scattered = table.resident();
+    settle(&mut table, true);
+    println!("{scattered} of {} bricks with the holes between them, {} without", bricks.len(), table.resident());
+    assert!(table.pages.used() > 8000 / 32 * 30, "{} pages are in use", table.pages.used());
+    assert!(table.resident() > scattered, "{} bricks", table.resident());
+    assert!(table.compact().is_empty(), "nothing is moved again");
+}
+
+/// What there is no memory for is tried once where that is asked for, and never again while nothing changes.
+#[test]
+fn what_does_not_fit_is_surveyed_once() {
+    let (mut table, bricks) = table(4000);
+    let tries = settle(&mut table, DVec3::ZERO);
+    assert!(tries < bricks.len() && table.waiting.values().any(|w| w.pages.is_none()));
+    table.survey(true);
+    let more = settle(&mut table, DVec3::ZERO);
+    assert!(table.waiting.iter().all(|(b, w)| w.pages == Some(pages_of(*b))), "all are known");
+    assert!(tries + more < bricks.len() * 3 / 2, "{tries} and {more} tries for {} bricks", bricks.len());
+    assert_nearest(&table);
+    assert_eq!(settle(&mut table, DVec3::ZERO), 0, "nothing has changed");
+}

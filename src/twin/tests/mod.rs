@@ -1,5 +1,6 @@
 //! The claims.
 
+mod compact;
 mod hit_cost;
 mod limits;
 mod pack;
