@@ -365,6 +365,9 @@ typedef uint32_t BgiLightType;
 
 /// A light that is not a surface. Fields of other types are ignored. Colours are linear Rec.709, 0 or more, finite;
 /// their unit is the host's choice, the same for all lights, emission and sky: the output has it too.
+///
+/// No light stands in its own way, but the meshes around one do: a lamp's shade shadows it, and a closed bulb lets nothing
+/// out, unless it is left out of the meshes that are handed over.
 typedef struct BgiLight {
     /// BGI_STRUCTURE_TYPE_LIGHT
     BgiStructureType sType;
@@ -372,14 +375,34 @@ typedef struct BgiLight {
     const void *pNext;
     /// BGI_LIGHT_TYPE_*
     BgiLightType lightType;
-    /// Directional: in which the light travels; not zero, need not be normalised.
+    /// Directional: in which the light travels. Spot: the cone's axis. Not zero, need not be normalised.
     float direction[3];
     /// Directional: irradiance on a plane perpendicular to it.
     float irradiance[3];
-    /// Point: radiant intensity I; irradiance is I cos / d^2.
+    /// Point: radiant intensity I; irradiance is I cos / d^2. Spot: I on the axis; irradiance is I f cos / d^2, and at
+    /// the angle a to the axis f = clamp((cos a - cos outer) / max(cos inner - cos outer, 0.001), 0, 1)^2 (glTF,
+    /// KHR_lights_punctual).
     float intensity[3];
-    /// Point: world position in metres.
+    /// Not directional: world position in metres, of the middle where it has an extent.
     double position[3];
+    /// Sphere, rectangle: radiance L. Of a sphere that is all above the horizon, irradiance is
+    /// pi L (radius / d)^2 cos.
+    float radiance[3];
+    /// Point, spot: metres at which it ends, or 0: nowhere. Irradiance is multiplied with
+    /// max(1 - (d / range)^4, 0)^2 (Karis, Real Shading in Unreal Engine 4, SIGGRAPH 2013).
+    float range;
+    /// Spot: from the axis to where the light begins to fall off, radians, 0 to outerAngle.
+    float innerAngle;
+    /// Spot: from the axis to where it ends, radians, above 0, at most pi / 2.
+    float outerAngle;
+    /// Sphere: metres, above 0.
+    float radius;
+    /// Rectangle: 0 or 1. 0: it shines to the side that halfAxisU x halfAxisV points to; 1: to both.
+    uint32_t twoSided;
+    /// Rectangle: from the middle to that of an edge, metres; not zero.
+    float halfAxisU[3];
+    /// Rectangle: the same of a neighbouring edge; perpendicular to halfAxisU.
+    float halfAxisV[3];
 } BgiLight;
 
 /// All lights and the sky.
@@ -659,8 +682,17 @@ typedef struct BgiStats {
 /// Parallel light: `direction` and `irradiance`.
 #define BGI_LIGHT_TYPE_DIRECTIONAL 1
 
-/// An isotropic point: `position` and `intensity`.
+/// An isotropic point: `position`, `intensity`, `range`.
 #define BGI_LIGHT_TYPE_POINT 2
+
+/// A point that shines into a cone: `position`, `direction`, `intensity`, `innerAngle`, `outerAngle`, `range`.
+#define BGI_LIGHT_TYPE_SPOT 3
+
+/// A ball: `position`, `radius`, `radiance`. Nothing is lit inside it.
+#define BGI_LIGHT_TYPE_SPHERE 4
+
+/// A rectangle: `position`, `halfAxisU`, `halfAxisV`, `radiance`, `twoSided`.
+#define BGI_LIGHT_TYPE_RECTANGLE 5
 
 #ifdef __cplusplus
 extern "C" {

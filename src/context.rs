@@ -238,22 +238,13 @@ impl Context {
 
     /// Replaces all lights and the sky.
     pub fn set_lights(&mut self, lights: &[Light], sky: Sky) -> Result<()> {
-        let usable = |c: &[f32; 3]| c.iter().all(|v| v.is_finite() && *v >= 0.0);
-        for (index, light) in lights.iter().enumerate() {
-            let ok = match light {
-                Light::Directional { direction, irradiance } => {
-                    let length = glam::Vec3::from(*direction).length();
-                    length.is_finite() && length > 1e-12 && usable(irradiance)
-                }
-                Light::Point { position, intensity } => position.iter().all(|v| v.is_finite()) && usable(intensity),
-            };
-            ok.then_some(())
-                .ok_or_else(|| Error::invalid(format!("light {index}: not finite, negative, or no direction")))?;
-        }
         if lights.len() > 4096 {
             return Err(Error::invalid("at most 4096 lights"));
         }
-        usable(&sky.radiance).then_some(()).ok_or_else(|| Error::invalid("sky: not finite or negative"))?;
+        for (index, light) in lights.iter().enumerate() {
+            light.check().map_err(|fault| Error::invalid(format!("lights[{index}]: {fault}")))?;
+        }
+        sky.check().map_err(|fault| Error::invalid(format!("sky: {fault}")))?;
         if self.scene.lights != lights || self.scene.sky != sky {
             self.scene.lights = lights.to_vec();
             self.scene.sky = sky;

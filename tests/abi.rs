@@ -70,7 +70,10 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
             s_type, p_next, removed_instances, removed_meshes, textures, materials, meshes, instances,
             removed_instance_count, removed_mesh_count, texture_count, material_count, mesh_count, instance_count,
         }
-        BgiLight { s_type, p_next, light_type, direction, irradiance, intensity, position }
+        BgiLight {
+            s_type, p_next, light_type, direction, irradiance, intensity, position, radiance, range, inner_angle,
+            outer_angle, radius, two_sided, half_axis_u, half_axis_v,
+        }
         BgiLighting { s_type, p_next, lights, light_count, sky_radiance }
         BgiViewCreateInfo { s_type, p_next, width, height }
         BgiCamera { s_type, p_next, position, view_rotation, projection }

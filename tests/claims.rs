@@ -411,7 +411,7 @@ const ROOMS_BUDGET: u64 = MIB / 32 * 35;
 fn open_rooms(camera: &str, memory_budget: u64, region_culling: bool) -> Host {
     let scene = scene("two_rooms");
     let mut host = open_rooms_of(&scene, camera, memory_budget, region_culling);
-    let lamp = |x: f64| Light::Point { position: [x, 2.4, 2.2], intensity: [14.0, 12.5, 10.0] };
+    let lamp = |x: f64| Light::Point { position: [x, 2.4, 2.2], intensity: [14.0, 12.5, 10.0], range: 0.0 };
     host.set_lights(vec![lamp(3.1), lamp(9.4)], scene.sky).expect("valid lights");
     host
 }

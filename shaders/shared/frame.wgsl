@@ -29,10 +29,18 @@ struct Frame {
 }
 
 struct Light {
-    // Directional: where it travels, normalised. Point: position in grid space.
+    // Directional: where it travels, normalised. Else: position in grid space.
     vector: vec3<f32>,
     kind: u32,
-    // Directional: irradiance. Point: radiant intensity.
+    // Directional: irradiance. Point, spot: radiant intensity. Sphere, rectangle: radiance.
     color: vec3<f32>,
-    unused: u32,
+    // Point, spot: 1 / range^2 in voxels, or 0. Sphere: radius in voxels.
+    extent: f32,
+    // Spot: where it shines, normalised. Rectangle: from the middle to that of an edge, voxels.
+    axis_u: vec3<f32>,
+    // Spot: falls off as clamp(cosine * scale + offset, 0, 1)^2.
+    cone_scale: f32,
+    // Rectangle: the same of the neighbouring edge.
+    axis_v: vec3<f32>,
+    cone_offset: f32,
 }

@@ -6,6 +6,7 @@
 mod camera;
 mod clusters;
 mod geometry;
+mod lights;
 mod sheets;
 mod simplify;
 mod store;
@@ -14,6 +15,7 @@ pub use camera::Camera;
 pub(crate) use clusters::Cluster;
 pub(crate) use geometry::Array;
 pub use geometry::{BufferAddress, BufferMeshDesc, IndexBuffer, IndexType, VertexBuffer, VertexFormat};
+pub use lights::Light;
 pub(crate) use simplify::Triangles;
 pub(crate) use store::{Instance, Mesh, Scene};
 
@@ -95,28 +97,16 @@ pub struct MeshUpdate<'a> {
     pub instances: &'a [InstanceDesc],
 }
 
-/// A light that is not a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Light {
-    /// Parallel light.
-    Directional {
-        /// The direction in which the light travels; need not be normalised.
-        direction: [f32; 3],
-        /// Irradiance on a plane perpendicular to it, linear Rec.709.
-        irradiance: [f32; 3],
-    },
-    /// An isotropic point.
-    Point {
-        /// World position in metres.
-        position: [f64; 3],
-        /// Radiant intensity I: E = I cos / d^2.
-        intensity: [f32; 3],
-    },
-}
-
 /// Light from beyond the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sky {
     /// Radiance from every direction that leaves the scene, linear Rec.709.
     pub radiance: [f32; 3],
+}
+
+impl Sky {
+    /// Says what is not finite or out of range.
+    pub(crate) fn check(&self) -> Result<(), &'static str> {
+        lights::check_color(self.radiance, "radiance is not finite, or negative")
+    }
 }

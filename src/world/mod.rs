@@ -1,6 +1,7 @@
 //! The shared world on the GPU: what a frame does to it.
 
 mod growth;
+mod lights;
 mod memory;
 mod readback;
 mod voxelization;
@@ -11,15 +12,13 @@ use crate::bricks::{
 use crate::context::ResourceSize;
 use crate::error::Result;
 use crate::frame::{Command, Frame};
-use crate::gpu::shared::{
-    ASKS, Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
-};
+use crate::gpu::shared::{ASKS, Frame as FrameUniform, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE};
 use crate::gpu::{Device, Player, Slot};
 use crate::parallel::Workers;
 use crate::passes;
-use crate::scene::{Light, Scene};
+use crate::scene::Scene;
 use crate::settings::Settings;
-use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
+use glam::{DMat4, DVec3, IVec3, UVec3};
 use memory::{Fixed, Memory};
 use readback::Readback;
 use rustc_hash::FxHashMap;
@@ -327,7 +326,7 @@ impl World {
     fn light(&mut self, scope: &mut FrameScope, scene: &Scene, camera: DVec3) -> Result<()> {
         let settings = scope.settings;
         let window = self.window_voxels();
-        let lights: Vec<GpuLight> = scene.lights.iter().map(|l| self.gpu_light(l, window)).collect();
+        let lights: Vec<GpuLight> = scene.lights.iter().map(|l| lights::gpu_light(l, &self.grid, window)).collect();
         let (low, high) = self.table.bounds().unwrap_or((self.table.window(), self.table.window()));
         let relative = |b: IVec3| ((b - self.table.window()) * 8).as_vec3().to_array();
         let extent = UVec3::from(settings.coverage_groups);
@@ -393,23 +392,6 @@ impl World {
     /// What the host should be told, since the last call.
     pub fn take_warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.warnings)
-    }
-
-    fn gpu_light(&self, light: &Light, window: DVec3) -> GpuLight {
-        match light {
-            Light::Directional { direction, irradiance } => GpuLight {
-                vector: Vec3::from(*direction).normalize_or_zero().to_array(),
-                kind: LIGHT_DIRECTIONAL,
-                color: *irradiance,
-                unused: 0,
-            },
-            Light::Point { position, intensity } => GpuLight {
-                vector: (self.grid.to_voxels(DVec3::from(*position)) - window).as_vec3().to_array(),
-                kind: LIGHT_POINT,
-                color: *intensity,
-                unused: 0,
-            },
-        }
     }
 
     /// Says what the passes' names stand for in this slot's frame, and its copies.

@@ -58,13 +58,8 @@ fn describe(id: u64, instance: &Instance, offset: [f64; 3]) -> InstanceDesc {
 
 /// Replaces the lights and the sky.
 pub(crate) fn lights(context: &mut Context, lights: &[Light], sky: Sky, offset: [f64; 3]) -> Result<()> {
-    let lights: Vec<_> = lights
-        .iter()
-        .map(|light| match *light {
-            Light::Point { position, intensity } => Light::Point { position: moved(position, offset), intensity },
-            directional => directional,
-        })
-        .collect();
+    let mut lights = lights.to_vec();
+    lights.iter_mut().filter_map(Light::position_mut).for_each(|position| *position = moved(*position, offset));
     Ok(context.set_lights(&lights, sky)?)
 }
 

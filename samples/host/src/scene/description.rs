@@ -24,8 +24,39 @@ struct SkyEntry {
 #[derive(Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase")]
 enum LightEntry {
-    Directional { direction: [f32; 3], irradiance: [f32; 3] },
-    Point { position: [f64; 3], intensity: [f32; 3] },
+    Directional {
+        direction: [f32; 3],
+        irradiance: [f32; 3],
+    },
+    Point {
+        position: [f64; 3],
+        intensity: [f32; 3],
+        #[serde(default)]
+        range: f32,
+    },
+    Spot {
+        position: [f64; 3],
+        direction: [f32; 3],
+        intensity: [f32; 3],
+        #[serde(default)]
+        inner_angle_deg: f32,
+        outer_angle_deg: f32,
+        #[serde(default)]
+        range: f32,
+    },
+    Sphere {
+        position: [f64; 3],
+        radius: f32,
+        radiance: [f32; 3],
+    },
+    Rectangle {
+        position: [f64; 3],
+        half_u: [f32; 3],
+        half_v: [f32; 3],
+        radiance: [f32; 3],
+        #[serde(default)]
+        two_sided: bool,
+    },
 }
 
 #[derive(Deserialize)]
@@ -64,7 +95,15 @@ impl From<LightEntry> for Light {
     fn from(entry: LightEntry) -> Self {
         match entry {
             LightEntry::Directional { direction, irradiance } => Self::Directional { direction, irradiance },
-            LightEntry::Point { position, intensity } => Self::Point { position, intensity },
+            LightEntry::Point { position, intensity, range } => Self::Point { position, intensity, range },
+            LightEntry::Spot { position, direction, intensity, inner_angle_deg, outer_angle_deg, range } => {
+                let [inner_angle, outer_angle] = [inner_angle_deg, outer_angle_deg].map(f32::to_radians);
+                Self::Spot { position, direction, intensity, inner_angle, outer_angle, range }
+            }
+            LightEntry::Sphere { position, radius, radiance } => Self::Sphere { position, radius, radiance },
+            LightEntry::Rectangle { position, half_u, half_v, radiance, two_sided } => {
+                Self::Rectangle { position, half_u, half_v, radiance, two_sided }
+            }
         }
     }
 }
