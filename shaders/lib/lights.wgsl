@@ -13,6 +13,8 @@ struct LightSample {
     strength: f32,
 }
 
+// Whether there are lights with an extent. Most scenes have none, and their shader stays small.
+const AREAS: bool = false;
 const TAU: f32 = 6.2831853;
 // Rectangles that are seen smaller than this (steradians) are sampled by area: it makes no difference, and the corners of
 // a tiny spherical rectangle are lost in rounding.
@@ -22,8 +24,8 @@ const SMALL_ANGLE: f32 = 1e-3;
 fn sample_light(light: Light, p: vec3<f32>, seed: u32, index: u32) -> LightSample {
     if light.kind == LIGHT_DIRECTIONAL { return LightSample(-light.vector, 1e6, 1.0); }
     let v = light.vector - p;
-    if light.kind == LIGHT_SPHERE { return sample_sphere(v, light.extent, light_place(seed, index)); }
-    if light.kind >= LIGHT_RECTANGLE { return sample_rectangle(light, v, light_place(seed, index)); }
+    if AREAS && light.kind == LIGHT_SPHERE { return sample_sphere(v, light.extent, light_place(seed, index)); }
+    if AREAS && light.kind >= LIGHT_RECTANGLE { return sample_rectangle(light, v, light_place(seed, index)); }
     let reach = length(v);
     let direction = v / max(reach, 1e-6);
     let metres = max(reach * frame.voxel_size, 1e-3);

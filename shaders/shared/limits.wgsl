@@ -37,6 +37,7 @@ const NONE: u32 = 0xffffffffu;
 const LIGHT_DIRECTIONAL: u32 = 0u;
 const LIGHT_POINT: u32 = 1u;
 const LIGHT_SPOT: u32 = 2u;
+// From here on, lights with an extent.
 const LIGHT_SPHERE: u32 = 3u;
 const LIGHT_RECTANGLE: u32 = 4u;
 const LIGHT_TWO_SIDED_RECTANGLE: u32 = 5u;

@@ -368,7 +368,7 @@ impl World {
                 faces,
                 sweeps,
                 self.updates,
-                !lights.is_empty(),
+                &lights,
                 settings.bounce_rays > 0,
             );
             self.updates = self.updates.wrapping_add(sweeps);
