@@ -7,7 +7,7 @@
 
 use brickgi::scene::{InstanceDesc, MeshDesc, MeshUpdate, TextureDesc};
 use brickgi::{Settings, Stats};
-use brickgi_host::scene::Light;
+use brickgi_host::scene::{Light, Sky};
 use brickgi_host::{Host, HostOptions, Image, Reference, Scene, image::luminance};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -156,7 +156,7 @@ fn the_dark_room_stays_dark() {
 #[test]
 fn what_shone_in_through_missing_walls_is_forgotten() {
     let mut closed = Scene::clone(&scene("two_rooms"));
-    closed.sky.radiance = [1.0; 3];
+    closed.sky = Sky::Constant { radiance: [1.0; 3] };
     let settings = Settings { voxel_size: 0.25, voxelize_bricks_per_frame: 4, ..Settings::default() };
     let mut host = open(&Arc::new(closed), "b", settings);
     let mean = |image: Image| image.pixels.iter().map(|p| luminance(*p)).sum::<f64>() / image.pixels.len() as f64;

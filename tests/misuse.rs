@@ -205,6 +205,22 @@ fn bad_ranges_orders_and_ids_are_refused() {
             b.light(|light| (light.light_type, light.two_sided) = (BGI_LIGHT_TYPE_RECTANGLE, 2))
         }),
         ("light: negative sky", ARGUMENT, "sky", |b| b.lighting(|lighting| lighting.sky_radiance[0] = -1.0)),
+        ("sky: type", ARGUMENT, "sky.skytype", |b| b.sky(|sky| sky.sky_type = 3)),
+        ("sky: struct", STRUCTURE, "bgisky.stype", |b| b.sky(|sky| sky.s_type = BGI_STRUCTURE_TYPE_LIGHT)),
+        ("sky: NaN", ARGUMENT, "sky: horizon", |b| b.sky(|sky| sky.horizon[1] = f32::NAN)),
+        ("sky: up", ARGUMENT, "sky: up", |b| b.sky(|sky| sky.up = [0.0; 3])),
+        ("sky: no image", ARGUMENT, "sky: no image", |b| b.sky(|sky| sky.sky_type = BGI_SKY_TYPE_IMAGE)),
+        ("sky: rotation", ARGUMENT, "sky: rotation", |b| {
+            b.sky(|sky| (sky.sky_type, sky.rotation[0][0]) = (BGI_SKY_TYPE_IMAGE, 1.0))
+        }),
+        ("sky image: layout", ARGUMENT, "layout", |b| b.sky_image(|image| image.layout = 0)),
+        ("sky image: format", ARGUMENT, "format", |b| b.sky_image(|image| image.format = vk::Format::R8G8B8A8_SRGB)),
+        ("sky image: zero", ARGUMENT, "sky image: sides", |b| {
+            b.sky_image(|image| (image.width, image.height, image.texels_size) = (0, 0, 0))
+        }),
+        ("sky image: faces", ARGUMENT, "square", |b| b.sky_image(|image| image.height = 3)),
+        ("sky image: size", ARGUMENT, "96 bytes of texels", |b| b.sky_image(|image| image.texels_size = 92)),
+        ("sky image: NULL", ARGUMENT, "texels", |b| b.sky_image(|image| image.texels = null())),
         ("view: zero", ARGUMENT, "view", |b| b.view(|info| info.width = 0)),
         ("view: huge", ARGUMENT, "view", |b| b.view(|info| info.height = 20_000)),
         ("dispatch before camera", ARGUMENT, "camera", |b| b.dispatch(|_| ())),

@@ -15,7 +15,7 @@ struct Frame {
     bounds_max: vec3<f32>,
     // Largest component of any emission, at least a small positive number.
     emission_max: f32,
-    // Radiance.
+    // Constant: radiance. Gradient: at the zenith. Image: its factor.
     sky: vec3<f32>,
     light_count: u32,
     // Window's position in voxels (wrapping): seeds stay with the world.
@@ -26,6 +26,11 @@ struct Frame {
     direct_samples: u32,
     // 1: some faces are not lit, for nothing reaches them.
     unreached: u32,
+    // Gradient: up; radiance at the horizon; radiance of the ground. Image: its axes in the world.
+    sky_x: vec3<f32>,
+    sky_kind: u32,
+    sky_y: vec3<f32>,
+    sky_z: vec3<f32>,
 }
 
 struct Light {

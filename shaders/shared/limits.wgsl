@@ -33,6 +33,12 @@ const MATERIAL_MASK: u32 = 0x3fffffffu;
 // `Material.texture` without a texture.
 const NO_TEXTURE: u32 = 0xffffffffu;
 const NONE: u32 = 0xffffffffu;
+// Kinds of sky.
+const SKY_CONSTANT: u32 = 0u;
+const SKY_GRADIENT: u32 = 1u;
+const SKY_IMAGE: u32 = 2u;
+// Texels along the edge of its map: 16 KiB, which every device takes as a uniform buffer.
+const SKY_EDGE: u32 = 64u;
 // Kinds of light.
 const LIGHT_DIRECTIONAL: u32 = 0u;
 const LIGHT_POINT: u32 = 1u;

@@ -2,6 +2,7 @@
 
 use super::guard::{Failure, guard_context};
 use super::input::{self, structure_types};
+use super::sky::BgiSky;
 use super::types::*;
 use crate::scene::{Light, Sky};
 use std::ffi::c_void;
@@ -75,8 +76,11 @@ pub struct BgiLighting {
     pub lights: *const BgiLight,
     /// Elements of `lights`, 0 to 4096.
     pub light_count: u32,
-    /// Radiance from every direction that leaves the scene, linear Rec.709, 0 or more, finite.
+    /// Radiance from every direction that leaves the scene, linear Rec.709, 0 or more, finite. Ignored where there is a
+    /// `sky`.
     pub sky_radiance: [f32; 3],
+    /// Optional: a sky that is not the same from everywhere. Copied.
+    pub sky: *const BgiSky,
 }
 
 structure_types! { BgiLight = BGI_STRUCTURE_TYPE_LIGHT, BgiLighting = BGI_STRUCTURE_TYPE_LIGHTING }
@@ -124,9 +128,15 @@ pub unsafe extern "C" fn bgiSetLights(context: BgiContext, lighting: *const BgiL
             let lighting = input::structure(lighting)?;
             (lighting, input::structures(lighting.lights, lighting.light_count, "lights")?)
         };
+        let sky = if lighting.sky.is_null() {
+            Sky::Constant { radiance: lighting.sky_radiance }
+        } else {
+            // SAFETY: the header asks for a readable struct.
+            unsafe { input::structure(lighting.sky)? }.sky()?
+        };
         let lights = lights.iter().enumerate().map(|(index, light)| light.light(index));
         let lights = lights.collect::<Result<Vec<_>, _>>()?;
-        state.context.set_lights(&lights, Sky { radiance: lighting.sky_radiance })?;
+        state.context.set_lights(&lights, sky)?;
         Ok(BGI_SUCCESS)
     })
 }

@@ -85,7 +85,7 @@ impl Light {
         require(finite, "position is not finite")?;
         match light {
             Self::Directional { direction, irradiance } => {
-                check_direction(direction)?;
+                check_direction(direction, "direction is not finite, or zero")?;
                 check_color(irradiance, "irradiance is not finite, or negative")
             }
             Self::Point { intensity, range, .. } => {
@@ -93,7 +93,7 @@ impl Light {
                 check_range(range)
             }
             Self::Spot { direction, intensity, inner_angle, outer_angle, range, .. } => {
-                check_direction(direction)?;
+                check_direction(direction, "direction is not finite, or zero")?;
                 check_color(intensity, "intensity is not finite, or negative")?;
                 let outer = outer_angle > 0.0 && outer_angle <= FRAC_PI_2;
                 require(outer, "the outer angle must be above 0 and at most pi / 2")?;
@@ -115,7 +115,7 @@ impl Light {
     }
 }
 
-fn require(holds: bool, fault: &'static str) -> Result<(), &'static str> {
+pub(super) fn require(holds: bool, fault: &'static str) -> Result<(), &'static str> {
     if holds { Ok(()) } else { Err(fault) }
 }
 
@@ -123,9 +123,9 @@ pub(super) fn check_color(color: [f32; 3], fault: &'static str) -> Result<(), &'
     require(color.iter().all(|v| v.is_finite() && *v >= 0.0), fault)
 }
 
-fn check_direction(direction: [f32; 3]) -> Result<(), &'static str> {
+pub(super) fn check_direction(direction: [f32; 3], fault: &'static str) -> Result<(), &'static str> {
     let length = Vec3::from(direction).as_dvec3().length();
-    require(length.is_finite() && length > 1e-12, "direction is not finite, or zero")
+    require(length.is_finite() && length > 1e-12, fault)
 }
 
 fn check_range(range: f32) -> Result<(), &'static str> {

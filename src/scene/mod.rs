@@ -9,6 +9,8 @@ mod geometry;
 mod lights;
 mod sheets;
 mod simplify;
+mod sky;
+mod sky_map;
 mod store;
 
 pub use camera::Camera;
@@ -17,6 +19,8 @@ pub(crate) use geometry::Array;
 pub use geometry::{BufferAddress, BufferMeshDesc, IndexBuffer, IndexType, VertexBuffer, VertexFormat};
 pub use lights::Light;
 pub(crate) use simplify::Triangles;
+pub use sky::Sky;
+pub use sky_map::{SkyFormat, SkyImage, SkyLayout};
 pub(crate) use store::{Instance, Mesh, Scene};
 
 /// A triangle mesh of one material set.
@@ -95,18 +99,4 @@ pub struct MeshUpdate<'a> {
     pub buffer_meshes: &'a [BufferMeshDesc],
     /// Instances to add, move or change.
     pub instances: &'a [InstanceDesc],
-}
-
-/// Light from beyond the world.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sky {
-    /// Radiance from every direction that leaves the scene, linear Rec.709.
-    pub radiance: [f32; 3],
-}
-
-impl Sky {
-    /// Says what is not finite or out of range.
-    pub(crate) fn check(&self) -> Result<(), &'static str> {
-        lights::check_color(self.radiance, "radiance is not finite, or negative")
-    }
 }

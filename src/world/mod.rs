@@ -234,7 +234,7 @@ impl World {
         Fixed {
             grid: u64::from(self.table.grid.words()) * 4,
             materials: materials + if self.materials_wait { self.memory.materials_bytes() } else { 0 },
-            lights: size_of::<GpuLight>() as u64 * scene.lights.len() as u64,
+            lights: size_of::<GpuLight>() as u64 * scene.lights.len() as u64 + size_of_val(scene.sky_texels()) as u64,
         }
     }
 
@@ -330,6 +330,7 @@ impl World {
         let (low, high) = self.table.bounds().unwrap_or((self.table.window(), self.table.window()));
         let relative = |b: IVec3| ((b - self.table.window()) * 8).as_vec3().to_array();
         let extent = UVec3::from(settings.coverage_groups);
+        let (sky_kind, sky, [sky_x, sky_y, sky_z]) = scene.sky.uniform();
         let uniform = FrameUniform {
             extent: extent.to_array(),
             frame_index: scope.frame_index,
@@ -339,7 +340,11 @@ impl World {
             voxel_size: settings.voxel_size,
             bounds_max: relative(high),
             emission_max: scene.emission_max(),
-            sky: scene.sky.radiance,
+            sky,
+            sky_kind,
+            sky_x,
+            sky_y,
+            sky_z,
             light_count: lights.len() as u32,
             seed_origin: (self.table.window() * 8).as_uvec3().to_array(),
             bounce_rays: settings.bounce_rays,
@@ -349,6 +354,7 @@ impl World {
         };
         scope.frame.upload.push("frame", &[uniform]);
         scope.frame.upload.push("lights", &lights);
+        scope.frame.upload.push("sky_map", scene.sky_texels());
 
         let total = self.table.faces();
         let sweeps = (settings.light_faces_per_frame / total.max(1)).clamp(1, SWEEPS_MAX);

@@ -1,7 +1,9 @@
 //! `scene.json` of the references: mesh file, cameras, lights and sky.
 
-use super::{Light, Scene, SceneCamera, Sky, gltf_file};
+use super::{Light, Scene, SceneCamera, Sky, SkyLayout, SkyPicture, gltf_file};
 use crate::error::{Error, Result};
+use crate::image::Image;
+use glam::Mat3;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -16,9 +18,36 @@ struct Description {
     cameras: Vec<CameraEntry>,
 }
 
-#[derive(Deserialize, Default)]
-struct SkyEntry {
-    radiance: [f32; 3],
+/// One of three: `radiance`; `zenith`, `horizon` and `ground`; or `image`, a lat-long OpenEXR file beside the scene, with
+/// `intensity` and an angle by which it is turned about +y, counter-clockwise seen from above.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum SkyEntry {
+    Constant {
+        radiance: [f32; 3],
+    },
+    Gradient {
+        zenith: [f32; 3],
+        horizon: [f32; 3],
+        ground: [f32; 3],
+    },
+    Image {
+        image: String,
+        #[serde(default = "one")]
+        intensity: f32,
+        #[serde(default)]
+        turn_deg: f32,
+    },
+}
+
+impl Default for SkyEntry {
+    fn default() -> Self {
+        Self::Constant { radiance: [0.0; 3] }
+    }
+}
+
+fn one() -> f32 {
+    1.0
 }
 
 #[derive(Deserialize)]
@@ -82,13 +111,35 @@ pub(super) fn load(path: &Path) -> Result<Scene> {
     let description: Description = serde_json::from_str(&text).map_err(|e| Error::scene(path, e))?;
     let mesh = path.parent().unwrap_or(Path::new(".")).join(&description.mesh);
     let geometry = gltf_file::load(&mesh)?;
+    let (sky, sky_picture) = description.sky.load(path)?;
     Ok(Scene {
         name: description.name,
         lights: description.lights.into_iter().map(Light::from).collect(),
-        sky: Sky { radiance: description.sky.radiance },
+        sky,
+        sky_picture,
         cameras: description.cameras.into_iter().map(SceneCamera::from).collect(),
         ..geometry
     })
+}
+
+impl SkyEntry {
+    /// `scene`: the file that says it.
+    fn load(self, scene: &Path) -> Result<(Sky, Option<SkyPicture>)> {
+        Ok(match self {
+            Self::Constant { radiance } => (Sky::Constant { radiance }, None),
+            Self::Gradient { zenith, horizon, ground } => {
+                (Sky::Gradient { zenith, horizon, ground, up: [0.0, 1.0, 0.0] }, None)
+            }
+            Self::Image { image, intensity, turn_deg } => {
+                let rotation = Mat3::from_rotation_y(turn_deg.to_radians()).to_cols_array_2d();
+                let Image { width, height, pixels } =
+                    Image::read_exr(&scene.parent().unwrap_or(Path::new(".")).join(image))?;
+                let rgba32 = pixels.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect();
+                let picture = SkyPicture { layout: SkyLayout::LatLong, width, height, rgba32 };
+                (Sky::Image { intensity: [intensity; 3], rotation }, Some(picture))
+            }
+        })
+    }
 }
 
 impl From<LightEntry> for Light {
