@@ -6,6 +6,7 @@ use brickgi_host::scene::{Instance, Material, Mesh, Sky, SkyLayout, SkyPicture};
 use brickgi_host::{Host, HostOptions, Scene, SceneCamera};
 use std::f64::consts::PI;
 
+const BUDGET: u64 = 2 << 20;
 const ROTATION: [[f32; 3]; 3] = [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]];
 
 /// A floor, or a wall that looks to +x, alone under a sky; `pixel_rays`: without probes.
@@ -37,6 +38,7 @@ fn host(wall: bool, sky: Sky, sky_picture: Option<SkyPicture>, pixel_rays: u32) 
         grid_offset: [0.37, 0.61, 0.23],
         bounce_rays: 0,
         pixel_rays,
+        memory_budget: BUDGET,
         ..Settings::default()
     };
     Host::new(HostOptions { settings, validation: true, ..HostOptions::new(scene) }).expect("a device")
@@ -105,6 +107,26 @@ fn an_image_lights_floor_and_wall_as_its_integral() {
     // The rotation takes the image's +z to the world's +x.
     let turned = Sky::Image { intensity, rotation: ROTATION };
     assert_irradiance(true, turned, Some(&picture), 0.5 * integral(&picture, [0.0, 0.0, 1.0]));
+}
+
+/// An image takes 16 KiB for each frame in flight, in the budget, and none while the sky is a constant.
+#[test]
+fn an_image_counts_against_the_budget() {
+    let uploads = [false, true].map(|used| {
+        let sky = Sky::Image { intensity: [1.0; 3], rotation: ROTATION };
+        let sky = if used { sky } else { Sky::default() };
+        let mut host = host(false, sky, Some(picture()), 0);
+        for _ in 0..16 {
+            host.frame().expect("a frame");
+            assert!(host.stats().world_bytes <= BUDGET, "{} bytes", host.stats().world_bytes);
+        }
+        let stats = host.stats();
+        assert!(stats.bricks > 0 && stats.bricks_missing == 0, "{} bricks are missing", stats.bricks_missing);
+        stats.resources.iter().find(|r| r.name == "upload").expect("uploads").bytes
+    });
+    // Uploads are a list made anew each frame, with an eighth to spare.
+    let grown = uploads[1] - uploads[0];
+    assert!((30 << 10..40 << 10).contains(&grown), "{uploads:?}");
 }
 
 /// Radiance 2 in every texel, of a lat-long image and of a cube.
