@@ -591,6 +591,10 @@ typedef struct BgiStats {
     uint32_t faces;
     /// Out: voxel faces resident that are not lit, because neither light nor eye reaches them and memory is short.
     uint32_t facesUnreached;
+    /// Out: how far the light of the faces has settled since lights or sky last changed, 0 to 1, times the share of the
+    /// bricks that are resident. 1: all is loaded and settled, no lighting is recorded until something changes. What a
+    /// loading screen waits for; light has come to every corner long before 1.
+    float convergence;
     /// Out: allocation units of 32 bytes in use by bricks.
     uint32_t pages;
     /// Out: meshes in buffers that have not been read to the end yet: those handed over last. All is loaded where this and
@@ -833,6 +837,12 @@ BgiResult bgiUpdateMeshes(BgiContext context, const struct BgiMeshUpdate *update
 /// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
 BgiResult bgiSetSkyImage(BgiContext context,
                          const struct BgiSkyImage *image);
+
+/// All light is wrong: the sun has jumped, a level has loaded. Averages over time start over, those of the views too. What
+/// changes through bgiSetLights and bgiUpdateMeshes needs no such hint. Records nothing.
+///
+/// @return BGI_SUCCESS or BGI_ERROR_INVALID_HANDLE.
+BgiResult bgiInvalidateLighting(BgiContext context);
 
 /// Replaces all lights and the sky for the following dispatches. Records nothing.
 ///

@@ -132,6 +132,10 @@ pub struct Stats {
     pub faces: u32,
     /// Voxel faces resident that are not lit, because neither light nor eye reaches them and memory is short.
     pub faces_unreached: u32,
+    /// How far the light of the faces resident has settled since lights or sky last changed, 0 to 1, times the share of the
+    /// bricks that are resident. 1: all is loaded and settled, no lighting is recorded until something changes. What a
+    /// loading screen waits for; light has come to every corner long before 1.
+    pub convergence: f32,
     /// Allocation units of 32 bytes in use by bricks.
     pub pages: u32,
     /// Meshes in the host's buffers that have not been read to the end yet: those handed over last.
@@ -269,6 +273,12 @@ impl Context {
         Ok(())
     }
 
+    /// All light is wrong: lights have jumped, a level has loaded. Averages start over, and views forget theirs. What changes
+    /// through `set_lights` and `update_meshes` needs no such hint.
+    pub fn invalidate_lighting(&mut self) {
+        self.world.forget_light();
+    }
+
     /// Creates a view for images of up to `width` x `height` pixels, 1 to 16384 each.
     pub fn create_view(&mut self, width: u32, height: u32) -> Result<ViewId> {
         if !(1..=16_384).contains(&width) || !(1..=16_384).contains(&height) {
@@ -390,6 +400,7 @@ impl Context {
         stats.bricks_left_out = self.world.table.left_out();
         stats.faces = self.world.table.faces();
         stats.faces_unreached = self.world.table.unreached();
+        stats.convergence = self.world.table.convergence() as f32;
         stats.pages = self.world.table.pages.used();
         stats.frames += 1;
         stats.cpu_ms = start.elapsed().as_secs_f64() * 1e3;

@@ -86,8 +86,8 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiResourceSize { name, bytes }
         BgiStats {
             s_type, p_next, frame_ms, cpu_ms, world_bytes, view_bytes, rays, frames, bricks, bricks_missing,
-            bricks_left_out, bricks_missing_in_view, bricks_voxelized, faces, faces_unreached, pages, meshes_pending,
-            pass_count, resource_count, passes, resources, mesh_triangles, kept_triangles,
+            bricks_left_out, bricks_missing_in_view, bricks_voxelized, faces, faces_unreached, convergence, pages,
+            meshes_pending, pass_count, resource_count, passes, resources, mesh_triangles, kept_triangles,
         }
     }
     constants! { text: BGI_ABI_VERSION BGI_API_VERSION BGI_ERROR_INTERNAL BGI_STRUCTURE_TYPE_SKY_IMAGE BGI_MAX_COUNT }

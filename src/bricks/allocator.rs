@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Hands out extents of `0..capacity` units. Freed neighbours join; the smallest hole that fits is taken, so that after
 /// churn the high water stays near what lives: at most 1.21 of it for bricks of 5 to 60 pages.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct ExtentAllocator {
     capacity: u32,
     used: u32,
@@ -30,6 +30,11 @@ impl ExtentAllocator {
     /// Units there are.
     pub fn capacity(&self) -> u32 {
         self.capacity
+    }
+
+    /// Units of the longest extent that is free.
+    pub fn longest_hole(&self) -> u32 {
+        self.by_length.last().map_or(0, |(length, _)| *length)
     }
 
     /// Makes the space larger.

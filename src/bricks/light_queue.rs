@@ -8,6 +8,11 @@ use std::collections::BTreeMap;
 const SPAN: u64 = 1024;
 /// Frames after which a brick at the camera is due again.
 const PERIOD_MIN: f64 = 8.0;
+/// Updates after which a brick's light has settled: from here on the weight of an update would fall no more.
+const SETTLED: u32 = 768;
+/// What has settled starts from here when something has changed somewhere: by the time it has settled again its average
+/// has forgotten all but (640 / 768)^24, a hundredth, of what it was.
+const ROUSED: u32 = 640;
 /// Bricks lit in one frame at most: one workgroup each.
 const CHOSEN_MAX: usize = 65_535;
 
@@ -19,9 +24,11 @@ struct Turn {
     /// First word in `world_bricks`.
     base: u32,
     faces: u32,
-    /// Lighting updates since the lights of `epoch`.
+    /// Lighting updates since the lights of `epoch`, up to [`SETTLED`].
     updates: u32,
     epoch: u32,
+    /// When it was last looked at, of [`LightQueue::changes`].
+    changes: u32,
     due: Due,
     /// Its place in the list of its deadline.
     place: u32,
@@ -34,6 +41,8 @@ enum Due {
     New(u32),
     /// In this frame.
     Frame(u64),
+    /// When something changes: its light has settled.
+    Never,
 }
 
 /// What a frame may light.
@@ -48,6 +57,9 @@ pub struct LightBudget {
 /// Bricks by the frame in which their lighting is due, earliest first: a brick is due as many frames after it was lit as
 /// it is bricks away from the camera. What was never lit comes before everything, the nearest first. A brick that is due
 /// does not starve, for what is lit goes behind it. A turn costs no search: those of one frame lie in one list.
+///
+/// Bricks whose light has settled sleep, until bricks come, go or change, or the lights do. Light goes far: that rouses
+/// all of them.
 #[derive(Debug, Default)]
 pub struct LightQueue {
     turns: Vec<Turn>,
@@ -59,19 +71,24 @@ pub struct LightQueue {
     first: u64,
     /// Turns in `frames`.
     waiting: usize,
+    asleep: Vec<u32>,
     /// Kept for their memory.
     taken: Vec<u32>,
     chosen: Vec<LightBrick>,
     faces: u32,
+    /// Sum of faces times updates, of this epoch.
+    settled: u64,
     /// Counts the changes of the lights.
     epoch: u32,
+    /// Counts the changes of bricks.
+    changes: u32,
 }
 
 impl LightQueue {
     /// A brick that has never been lit, `distance` bricks from the camera. Returns its turn, by which it leaves.
     pub fn enter(&mut self, position: IVec3, base: u32, faces: u32, distance: f64) -> u32 {
         let due = Due::New((distance * 16.0) as u32);
-        let turn = Turn { position, base, faces, updates: 0, epoch: self.epoch, due, place: 0 };
+        let turn = Turn { position, base, faces, updates: 0, epoch: self.epoch, changes: self.changes, due, place: 0 };
         let index = self.free.pop().unwrap_or(self.turns.len() as u32);
         if index as usize == self.turns.len() {
             self.turns.push(turn);
@@ -85,7 +102,8 @@ impl LightQueue {
 
     /// Takes a brick out.
     pub fn leave(&mut self, index: u32) {
-        let Turn { due, place, faces, .. } = self.turns[index as usize];
+        let Turn { due, place, faces, updates, epoch, .. } = self.turns[index as usize];
+        self.settled -= if epoch == self.epoch { u64::from(updates * faces) } else { 0 };
         let list = self.list(due);
         list.swap_remove(place as usize);
         let (moved, is_empty) = (list.get(place as usize).copied(), list.is_empty());
@@ -94,7 +112,7 @@ impl LightQueue {
         }
         match due {
             Due::New(distance) if is_empty => drop(self.new.remove(&distance)),
-            Due::New(_) => {}
+            Due::New(_) | Due::Never => {}
             Due::Frame(_) => self.waiting -= 1,
         }
         self.faces -= faces;
@@ -108,6 +126,7 @@ impl LightQueue {
                 self.frames.resize(SPAN as usize, Vec::new());
                 &mut self.frames[(frame % SPAN) as usize]
             }
+            Due::Never => &mut self.asleep,
         }
     }
 
@@ -124,6 +143,18 @@ impl LightQueue {
     /// All light is to converge anew. Whose turn it is stays: lights that change every frame keep no brick from being lit.
     pub fn invalidate(&mut self) {
         self.epoch = self.epoch.wrapping_add(1);
+        self.settled = 0;
+        self.rouse();
+    }
+
+    /// Something has changed that light may come from, pass or be reflected by.
+    pub fn rouse(&mut self) {
+        self.changes = self.changes.wrapping_add(1);
+    }
+
+    /// How far light has settled, 0 (nothing has been lit) to 1 (all has settled).
+    pub fn convergence(&self) -> f64 {
+        if self.faces == 0 { 1.0 } else { self.settled as f64 / (f64::from(self.faces) * f64::from(SETTLED)) }
     }
 
     /// Takes bricks whose turn it is, as many as the budget allows, in frame `clock`. Positions count from `window`,
@@ -135,6 +166,7 @@ impl LightQueue {
         window: IVec3,
         camera: DVec3,
     ) -> (&mut [LightBrick], u32) {
+        self.wake(clock, camera);
         let most = budget.bricks.min(CHOSEN_MAX);
         let (mut taken, mut faces) = (std::mem::take(&mut self.taken), 0);
         while let Some(mut list) = self.take_first() {
@@ -158,24 +190,46 @@ impl LightQueue {
         self.chosen.clear();
         self.chosen.extend(taken.iter().map(|index| {
             let turn = &mut self.turns[*index as usize];
-            if turn.epoch != self.epoch {
-                (turn.epoch, turn.updates) = (self.epoch, 0);
-            }
+            self.settled -= turn.look(self.epoch, self.changes);
             let p = (turn.position - window).as_uvec3();
             let (base, position, alpha) = (turn.base, p.x | p.y << 10 | p.z << 20, alpha(turn.updates));
-            turn.updates += budget.sweeps;
+            turn.updates = (turn.updates + budget.sweeps).min(SETTLED);
+            self.settled += u64::from(turn.updates * turn.faces);
             first_face += turn.faces;
             LightBrick { base, position, first_face: first_face - turn.faces, alpha }
         }));
         for index in taken.drain(..) {
-            let distance = (self.turns[index as usize].position.as_dvec3() + 0.5 - camera).length();
-            let due = clock + (PERIOD_MIN + distance) as u64;
-            self.first = if self.waiting == 0 { due } else { self.first.min(due) };
-            self.put(index, Due::Frame(due.min(self.first + SPAN - 1)));
-            self.waiting += 1;
+            if self.turns[index as usize].updates == SETTLED {
+                self.put(index, Due::Never);
+            } else {
+                self.put_after(index, clock, camera);
+            }
         }
         self.taken = taken;
         (&mut self.chosen, faces)
+    }
+
+    /// If anything has changed, gives those that sleep their turns.
+    fn wake(&mut self, clock: u64, camera: DVec3) {
+        let stale = |index: &u32| self.turns[*index as usize].changes != self.changes;
+        if !self.asleep.last().is_some_and(stale) {
+            return;
+        }
+        for index in std::mem::take(&mut self.asleep) {
+            let (turn, epoch) = (&mut self.turns[index as usize], self.epoch);
+            self.settled -= turn.look(epoch, self.changes);
+            self.settled += u64::from(turn.updates * turn.faces);
+            self.put_after(index, clock, camera);
+        }
+    }
+
+    /// Puts what is lit in frame `clock` where it is due again.
+    fn put_after(&mut self, index: u32, clock: u64, camera: DVec3) {
+        let distance = (self.turns[index as usize].position.as_dvec3() + 0.5 - camera).length();
+        let due = clock + (PERIOD_MIN + distance) as u64;
+        self.first = if self.waiting == 0 { due } else { self.first.min(due) };
+        self.put(index, Due::Frame(due.min(self.first + SPAN - 1)));
+        self.waiting += 1;
     }
 
     /// Takes the list of the earliest deadline out; an empty one does not come.
@@ -200,7 +254,7 @@ impl LightQueue {
         (0..).zip(&list).for_each(|(place, i)| self.turns[*i as usize].place = place);
         match due {
             Due::New(_) if list.is_empty() => return,
-            Due::New(_) => {}
+            Due::New(_) | Due::Never => {}
             Due::Frame(_) => self.waiting += list.len(),
         }
         *self.list(due) = list;
@@ -215,10 +269,26 @@ impl LightQueue {
     }
 }
 
+impl Turn {
+    /// Takes in what has changed since it was last looked at. Returns what it has counted for so far in this epoch: faces
+    /// times updates.
+    fn look(&mut self, epoch: u32, changes: u32) -> u64 {
+        if self.epoch != epoch {
+            (self.epoch, self.changes, self.updates) = (epoch, changes, 0);
+            return 0;
+        }
+        let counted = u64::from(self.updates * self.faces);
+        if self.changes != changes {
+            (self.changes, self.updates) = (changes, self.updates.min(ROUSED));
+        }
+        counted
+    }
+}
+
 /// Weight of a brick's next lighting update: whole at first, so that light travels a bounce an update, then an average
 /// over ever more updates.
 fn alpha(updates: u32) -> f32 {
-    1.0 / (1.0 + (updates.min(768).saturating_sub(24) as f32) / 24.0)
+    1.0 / (1.0 + (updates.saturating_sub(24) as f32) / 24.0)
 }
 
 #[cfg(test)]

@@ -192,6 +192,19 @@ impl BrickTable {
         self.pages.used() - before + now
     }
 
+    /// Whether all of these find holes that are large enough, as [`Self::finish`] looks for them.
+    pub fn fits(&self, arriving: &[Finished]) -> bool {
+        let taken = || arriving.iter().filter(|f| self.takes(f));
+        let lengths = || taken().map(|f| f.result.words.div_ceil(PAGE_WORDS)).filter(|pages| *pages > 0);
+        if lengths().sum::<u32>() <= self.pages.longest_hole() {
+            return true;
+        }
+        let mut pages = self.pages.clone();
+        let before = taken().filter_map(|f| self.resident.get(&f.position));
+        before.filter(|b| b.pages > 0).for_each(|b| pages.free(b.page, b.pages));
+        lengths().all(|length| pages.allocate(length).is_some())
+    }
+
     /// Pages for everything: what is resident, what arrives, what has been tried, and the rest of what is missing, each of
     /// which counts as the mean of the others.
     pub fn demand(&mut self, arriving: &[Finished]) -> u32 {
@@ -438,6 +451,9 @@ impl BrickTable {
             self.unreached += unreached;
             copies.push((*position, BrickCopy { source: offset, target_word, words, unused: 0 }));
         }
+        if !finished.is_empty() {
+            self.lighting.rouse();
+        }
         // A brick may have lost its place to a nearer one of the same batch.
         copies.retain(|(p, c)| self.resident.get(p).is_some_and(|b| b.page * PAGE_WORDS == c.target_word));
         copies.into_iter().map(|(_, copy)| copy).collect()
@@ -473,6 +489,7 @@ impl BrickTable {
     fn vacate(&mut self, brick: IVec3) -> u32 {
         let Some(old) = self.resident.remove(&brick) else { return 0 };
         if old.pages > 0 {
+            self.lighting.rouse();
             self.pages.free(old.page, old.pages);
             self.filled.remove(brick);
             self.unreached -= old.unreached;
@@ -564,6 +581,12 @@ impl BrickTable {
         let (chosen, faces) = self.lighting.choose(budget, self.clock, window, camera);
         debug_assert!(chosen.iter().all(|b| self.grid.find(window + unpack(b.position)) == Some(b.base)));
         (chosen, faces)
+    }
+
+    /// How far lighting has settled, 0 to 1, times the share of the bricks that could be here and are.
+    pub fn convergence(&mut self) -> f64 {
+        let (resident, missing) = (f64::from(self.resident()), f64::from(self.missing() - self.left_out()));
+        self.lighting.convergence() * if missing > 0.0 { resident / (resident + missing) } else { 1.0 }
     }
 
     /// Forgets what lighting has settled: everything converges anew.

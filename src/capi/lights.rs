@@ -117,6 +117,18 @@ impl BgiLight {
     }
 }
 
+/// All light is wrong: the sun has jumped, a level has loaded. Averages over time start over, those of the views too. What
+/// changes through bgiSetLights and bgiUpdateMeshes needs no such hint. Records nothing.
+///
+/// @return BGI_SUCCESS or BGI_ERROR_INVALID_HANDLE.
+#[unsafe(no_mangle)]
+pub extern "C" fn bgiInvalidateLighting(context: BgiContext) -> BgiResult {
+    guard_context(context, |state| {
+        state.context.invalidate_lighting();
+        Ok(BGI_SUCCESS)
+    })
+}
+
 /// Replaces all lights and the sky for the following dispatches. Records nothing.
 ///
 /// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.

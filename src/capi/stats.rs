@@ -61,6 +61,10 @@ pub struct BgiStats {
     pub faces: u32,
     /// Out: voxel faces resident that are not lit, because neither light nor eye reaches them and memory is short.
     pub faces_unreached: u32,
+    /// Out: how far the light of the faces has settled since lights or sky last changed, 0 to 1, times the share of the
+    /// bricks that are resident. 1: all is loaded and settled, no lighting is recorded until something changes. What a
+    /// loading screen waits for; light has come to every corner long before 1.
+    pub convergence: f32,
     /// Out: allocation units of 32 bytes in use by bricks.
     pub pages: u32,
     /// Out: meshes in buffers that have not been read to the end yet: those handed over last. All is loaded where this and
@@ -117,6 +121,7 @@ pub unsafe extern "C" fn bgiGetStats(context: BgiContext, stats: *mut BgiStats) 
             bricks_voxelized: stats.bricks_voxelized,
             faces: stats.faces,
             faces_unreached: stats.faces_unreached,
+            convergence: stats.convergence,
             pages: stats.pages,
             meshes_pending: stats.meshes_pending,
             mesh_triangles: stats.mesh_triangles,

@@ -63,6 +63,14 @@ impl Gpu {
         self.slot = Some(slot);
     }
 
+    /// Milliseconds of the last run's passes, where the device has timestamps.
+    pub fn times(&self) -> Vec<(&'static str, f64)> {
+        let mut times = Vec::new();
+        let slot = self.slot.as_ref().expect("a slot");
+        slot.timing.read(&self.device, |name, ms| times.push((name, ms)));
+        times
+    }
+
     /// The same with resources that the caller names.
     pub fn play(&self, frame: &Frame, mut player: Player, slot: &mut Slot) {
         let raw = &self.host.device;

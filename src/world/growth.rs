@@ -45,8 +45,10 @@ impl World {
             self.memory.replace_bricks(scope, FIRST_PAGES, &[])?;
             return Ok(());
         }
-        let lacking = capacity < self.table.pages_with(arriving) + arriving_slack(arriving) || self.table.is_full();
-        let wanted = demand.saturating_add(demand / 8).min(steady);
+        let fits = self.table.fits(arriving);
+        // Where what arrives finds no hole, an eighth over what is needed was not enough.
+        let over = if fits { demand / 8 } else { (demand / 8).max((capacity + capacity / 4).saturating_sub(demand)) };
+        let wanted = demand.saturating_add(over).min(steady);
         // While they grow, the old pages stand beside the new ones.
         self.spare = u64::from(steady.saturating_sub(wanted).saturating_sub(capacity)) * PAGE_BYTES;
         let small = (steady / 16).min(beside).max(FIRST_PAGES);
@@ -54,7 +56,7 @@ impl World {
             let kept = self.table.shrink(small);
             return self.memory.replace_bricks(scope, small, &kept);
         }
-        if !lacking || wanted <= capacity {
+        if fits && !self.table.is_full() || wanted <= capacity {
             return Ok(());
         }
         // A few bricks say little of the others: what they ask for must leave room for the last step.

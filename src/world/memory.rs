@@ -83,7 +83,7 @@ impl Shares {
         // A brick at a time must always be possible, and reading a mesh, however slowly.
         let frames_min = frames * (PAYLOAD_MIN + TRIANGLES_MIN);
         let least = SCRATCH_BYTES + frames_min + frames * READBACK_MIN;
-        let voxelization = (budget / 10).min(VOXELIZATION_MAX).max(least);
+        let voxelization = (budget / 16).min(VOXELIZATION_MAX).max(least);
         let readback = frames * READBACK_MIN + (voxelization - least) / 16;
         let side_by_side = (voxelization / 3).min(voxelization - frames_min - readback) / SCRATCH_BYTES;
         let batch = side_by_side.clamp(1, u64::from(BATCH_BRICKS));
@@ -343,7 +343,7 @@ impl Memory {
         let retired = retired_bytes(scope.slots);
         let beside = steady.saturating_sub(self.size("world_bricks") + excess + retired).min(self.room(scope));
         let pages = |bytes: u64| u32::try_from(bytes / PAGE_BYTES).unwrap_or(u32::MAX / PAGE_WORDS);
-        let momentary = excess + retired > steady / 16;
+        let momentary = excess + retired > steady / 64;
         BricksLimit { steady: pages(steady), beside: pages(beside), momentary }
     }
 
@@ -392,8 +392,8 @@ impl Memory {
         let bytes = brick * u64::from(bricks).min(frame / (brick + upload).max(1));
         let wanted = bytes.clamp(PAYLOAD_MIN, frame - TRIANGLES_MIN).next_multiple_of(256);
         let have = self.frames[scope.index].payload.as_ref().map_or(0, |b| b.size);
-        // A little less than wanted will do; far too much is taken from the triangles.
-        let new = if have + have / 2 < wanted || have > 4 * wanted {
+        // A little less than wanted will do; far too much is taken from the triangles, or from other frames.
+        let new = if have + have / 2 < wanted || have > frame.min(4 * wanted) {
             let sizes = [wanted, if have == 0 { PAYLOAD_MIN } else { wanted }];
             sizes.into_iter().find(|bytes| *bytes <= self.room(scope))
         } else {

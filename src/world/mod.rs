@@ -97,7 +97,8 @@ pub struct World {
     updates: u32,
     /// Bricks that have arrived of late.
     arriving: f64,
-    /// How often a large part of the world has been loaded: what views saw before, with holes in the world, is of no use.
+    /// How often a large part of the world has been loaded, or the host said so: what views saw before, with holes in the
+    /// world, is of no use.
     pub loads: u32,
     /// Bricks near and in view that the last frame has to do without.
     pub missing_in_view: u32,
@@ -172,6 +173,12 @@ impl World {
     pub fn lights_changed(&mut self) {
         self.table.invalidate_lighting();
         self.steady_frames = 0;
+    }
+
+    /// What faces and views know of light is of no use any more.
+    pub fn forget_light(&mut self) {
+        self.lights_changed();
+        self.loads += 1;
     }
 
     /// Frames that a view's history may average: few while the world is changing.
@@ -305,9 +312,8 @@ impl World {
             self.lights_changed();
         }
         if !finished.is_empty() && self.table.has_loaded() {
-            self.loads += 1;
             self.regions.forget_requests();
-            self.lights_changed();
+            self.forget_light();
         }
         let grid_writes = self.table.grid.take_writes();
         passes::bricks::commit(&mut scope.frame, &copies, &grid_writes);

@@ -29,6 +29,8 @@ struct History {
     /// Of the resident bricks.
     versions: HashMap<IVec3, u32>,
     next_version: u32,
+    /// How often everything that arrived was to fit.
+    fitted: u32,
 }
 
 /// Words of a brick, always the same: often nothing, else what bricks take.
@@ -62,6 +64,7 @@ impl History {
             world_bricks: vec![None; pages as usize],
             versions: HashMap::new(),
             next_version: 1,
+            fitted: 0,
         };
         let bricks = (0..size.element_product()).map(|i| [i % size.x, i / size.x % size.y, i / (size.x * size.y)]);
         history.scene = bricks.filter(|_| history.random.chance(filled)).map(|brick| (brick, 1)).collect();
@@ -163,7 +166,17 @@ impl History {
         assert!(demand < 1 << 24, "{demand} pages asked for");
         self.table.share_out();
         let current: Vec<bool> = finished.iter().map(|f| self.is_current(f)).collect();
+        let bricks = self.table.resident() + finished.len() as u32;
+        let has_entries = self.table.grid.entries_for(bricks) <= self.table.grid.capacity();
+        let fits = has_entries && self.table.fits(&finished);
+        let stays: Vec<IVec3> = self.table.resident.keys().copied().collect();
         let copies = self.table.finish(&finished);
+        if fits {
+            self.fitted += u32::from(!finished.is_empty());
+            assert!(stays.iter().all(|b| self.table.holds(*b)), "none gives way to what fits");
+            let taken = finished.iter().zip(&current).filter(|(_, current)| **current);
+            taken.for_each(|(f, _)| assert!(self.table.holds(f.position), "what fits is taken in"));
+        }
         let mut written: HashSet<u32> = HashSet::new();
         for copy in copies {
             let (Finished { position, .. }, version) = arrived[copy.source as usize];
@@ -357,6 +370,7 @@ fn live(seed: u64, extent: UVec3, filled: f64, pages: u32, operations: usize) {
             }
         }
     }
+    assert!(history.fitted > 100, "{} times all that arrived fitted", history.fitted);
     history.camera = history.home();
     history.settle();
     let table = &history.table;

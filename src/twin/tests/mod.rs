@@ -1,5 +1,6 @@
 //! The claims.
 
+mod hit_cost;
 mod limits;
 mod pack;
 mod settled;
