@@ -13,7 +13,10 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Pipelines made from another pass's source by replacing text: (pass, new name, from, to).
-const PERMUTATIONS: &[(&str, &str, &str, &str)] = &[("resolve", "resolve_float32", "rgba16float", "rgba32float")];
+const PERMUTATIONS: &[(&str, &str, &str, &str)] = &[
+    ("resolve", "resolve_float32", "rgba16float", "rgba32float"),
+    ("light_direct", "light_direct_areas", "const AREAS: bool = false;", "const AREAS: bool = true;"),
+];
 
 fn main() {
     let root = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("shaders");

@@ -8,7 +8,7 @@ buffer and a G-buffer; the library records compute work into it and the host get
   once         bgiGetDeviceRequirements  before the VkDevice is made
                bgiCreateContext          the world, on one VkDevice
                bgiCreateView             a camera's probes and history
-  on a change  bgiUpdateMeshes, bgiSetLights
+  on a change  bgiUpdateMeshes, bgiSetLights, bgiSetSkyImage
   each frame   bgiSetCamera, then bgiDispatch between the host's G-buffer and its lighting pass
   at the end   bgiDestroyContext         once the GPU has finished
 
@@ -360,11 +360,38 @@ typedef struct BgiMeshUpdate {
     uint32_t instanceCount;
 } BgiMeshUpdate;
 
+/// How a sky's image covers the directions: one of BGI_SKY_LAYOUT_*.
+typedef uint32_t BgiSkyLayout;
+
+/// A sky's image: radiance, linear Rec.709. What is negative or not a number counts as 0, what is infinite as 65504.
+typedef struct BgiSkyImage {
+    /// BGI_STRUCTURE_TYPE_SKY_IMAGE
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// BGI_SKY_LAYOUT_*
+    BgiSkyLayout layout;
+    /// VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT (their alpha is passed over) or
+    /// VK_FORMAT_B10G11R11_UFLOAT_PACK32.
+    VkFormat format;
+    /// Texels per row, 1 to BGI_MAX_EXTENT.
+    uint32_t width;
+    /// Rows (of a face), 1 to BGI_MAX_EXTENT; of a cube, as many as `width`.
+    uint32_t height;
+    /// Rows from the top, no padding; any alignment. Copied.
+    const void *texels;
+    /// Bytes at `texels`: width * height texels, of a cube six times as many.
+    uint64_t texelsSize;
+} BgiSkyImage;
+
 /// Kind of a light: one of BGI_LIGHT_TYPE_*.
 typedef uint32_t BgiLightType;
 
 /// A light that is not a surface. Fields of other types are ignored. Colours are linear Rec.709, 0 or more, finite;
 /// their unit is the host's choice, the same for all lights, emission and sky: the output has it too.
+///
+/// No light stands in its own way, but the meshes around one do: a lamp's shade shadows it, and a closed bulb lets nothing
+/// out, unless it is left out of the meshes that are handed over.
 typedef struct BgiLight {
     /// BGI_STRUCTURE_TYPE_LIGHT
     BgiStructureType sType;
@@ -372,15 +399,61 @@ typedef struct BgiLight {
     const void *pNext;
     /// BGI_LIGHT_TYPE_*
     BgiLightType lightType;
-    /// Directional: in which the light travels; not zero, need not be normalised.
+    /// Directional: in which the light travels. Spot: the cone's axis. Not zero, need not be normalised.
     float direction[3];
     /// Directional: irradiance on a plane perpendicular to it.
     float irradiance[3];
-    /// Point: radiant intensity I; irradiance is I cos / d^2.
+    /// Point: radiant intensity I; irradiance is I cos / d^2. Spot: I on the axis; irradiance is I f cos / d^2, and at
+    /// the angle a to the axis f = clamp((cos a - cos outer) / max(cos inner - cos outer, 0.001), 0, 1)^2 (glTF,
+    /// KHR_lights_punctual).
     float intensity[3];
-    /// Point: world position in metres.
+    /// Not directional: world position in metres, of the middle where it has an extent.
     double position[3];
+    /// Sphere, rectangle: radiance L. Of a sphere that is all above the horizon, irradiance is
+    /// pi L (radius / d)^2 cos.
+    float radiance[3];
+    /// Point, spot: metres at which it ends, or 0: nowhere. Irradiance is multiplied with
+    /// max(1 - (d / range)^4, 0)^2 (Karis, Real Shading in Unreal Engine 4, SIGGRAPH 2013).
+    float range;
+    /// Spot: from the axis to where the light begins to fall off, radians, 0 to outerAngle.
+    float innerAngle;
+    /// Spot: from the axis to where it ends, radians, above 0, at most pi / 2.
+    float outerAngle;
+    /// Sphere: metres, above 0.
+    float radius;
+    /// Rectangle: 0 or 1. 0: it shines to the side that halfAxisU x halfAxisV points to; 1: to both.
+    uint32_t twoSided;
+    /// Rectangle: from the middle to that of an edge, metres; not zero.
+    float halfAxisU[3];
+    /// Rectangle: the same of a neighbouring edge; perpendicular to halfAxisU.
+    float halfAxisV[3];
 } BgiLight;
+
+/// Kind of a sky: one of BGI_SKY_TYPE_*.
+typedef uint32_t BgiSkyType;
+
+/// Light from beyond the world: radiance, linear Rec.709, 0 or more, finite. Fields of the other type are ignored.
+typedef struct BgiSky {
+    /// BGI_STRUCTURE_TYPE_SKY
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// BGI_SKY_TYPE_*
+    BgiSkyType skyType;
+    /// Gradient: radiance from straight above. With s the sine of the elevation, radiance is
+    /// horizon + (zenith - horizon) s above the horizon, and horizon + (ground - horizon) (-s) below it.
+    float zenith[3];
+    /// Gradient: radiance from the horizon.
+    float horizon[3];
+    /// Gradient: radiance from straight below.
+    float ground[3];
+    /// Gradient: which way is up; not zero, need not be normalised.
+    float up[3];
+    /// Image: what its radiance is multiplied with.
+    float intensity[3];
+    /// Image: columns of the rotation from the image to the world; all zero: none.
+    float rotation[3][3];
+} BgiSky;
 
 /// All lights and the sky.
 typedef struct BgiLighting {
@@ -392,8 +465,11 @@ typedef struct BgiLighting {
     const struct BgiLight *lights;
     /// Elements of `lights`, 0 to 4096.
     uint32_t lightCount;
-    /// Radiance from every direction that leaves the scene, linear Rec.709, 0 or more, finite.
+    /// Radiance from every direction that leaves the scene, linear Rec.709, 0 or more, finite. Ignored where there is a
+    /// `sky`.
     float skyRadiance[3];
+    /// Optional: a sky that is not the same from everywhere. Copied.
+    const struct BgiSky *sky;
 } BgiLighting;
 
 /// What bgiCreateView needs.
@@ -624,6 +700,12 @@ typedef struct BgiStats {
 /// BgiStats
 #define BGI_STRUCTURE_TYPE_STATS 15
 
+/// BgiSky
+#define BGI_STRUCTURE_TYPE_SKY 16
+
+/// BgiSkyImage
+#define BGI_STRUCTURE_TYPE_SKY_IMAGE 17
+
 /// A call failed; the line is what bgiGetLastError says.
 #define BGI_LOG_ERROR 1
 
@@ -660,11 +742,32 @@ typedef struct BgiStats {
 /// 32-bit unsigned integers.
 #define BGI_INDEX_TYPE_UINT32 4
 
+/// Three colours: `zenith`, `horizon`, `ground`, `up`.
+#define BGI_SKY_TYPE_GRADIENT 1
+
+/// The image of bgiSetSkyImage: `intensity`, `rotation`.
+#define BGI_SKY_TYPE_IMAGE 2
+
+/// Equirectangular. The top row is +y, the middle of the image -z, and +x is to the right of it.
+#define BGI_SKY_LAYOUT_LAT_LONG 1
+
+/// Six square faces, one after another: +x, -x, +y, -y, +z, -z, each as Vulkan lays out a cube map.
+#define BGI_SKY_LAYOUT_CUBE 2
+
 /// Parallel light: `direction` and `irradiance`.
 #define BGI_LIGHT_TYPE_DIRECTIONAL 1
 
-/// An isotropic point: `position` and `intensity`.
+/// An isotropic point: `position`, `intensity`, `range`.
 #define BGI_LIGHT_TYPE_POINT 2
+
+/// A point that shines into a cone: `position`, `direction`, `intensity`, `innerAngle`, `outerAngle`, `range`.
+#define BGI_LIGHT_TYPE_SPOT 3
+
+/// A ball: `position`, `radius`, `radiance`. Nothing is lit inside it.
+#define BGI_LIGHT_TYPE_SPHERE 4
+
+/// A rectangle: `position`, `halfAxisU`, `halfAxisV`, `radiance`, `twoSided`.
+#define BGI_LIGHT_TYPE_RECTANGLE 5
 
 #ifdef __cplusplus
 extern "C" {
@@ -724,6 +827,16 @@ BgiResult bgiDestroyContext(BgiContext context);
 /// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
 /// BGI_ERROR_UNKNOWN_ID or BGI_ERROR_OUT_OF_MEMORY.
 BgiResult bgiUpdateMeshes(BgiContext context, const struct BgiMeshUpdate *update);
+
+/// Takes or replaces the image that skies of BGI_SKY_TYPE_IMAGE mean. Records nothing. The image is reduced, in some ten
+/// milliseconds a million texels, to 64 x 64 mean radiances (16 KiB for each frame in flight while they are in use). Its
+/// sum over the sphere stays, and so do, within 1 %, those over hemispheres, but for a sun that stands on their horizon.
+/// Rays that miss the scene read the map: a sun in it is found by few of them and makes noise. Better paint it out, and
+/// hand it over as a directional light.
+///
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+BgiResult bgiSetSkyImage(BgiContext context,
+                         const struct BgiSkyImage *image);
 
 /// All light is wrong: the sun has jumped, a level has loaded. Averages over time start over, those of the views too. What
 /// changes through bgiSetLights and bgiUpdateMeshes needs no such hint. Records nothing.

@@ -5,7 +5,7 @@ use crate::frame::Frame;
 use crate::gpu::{Device, Pipelines, Player, Slot, Target};
 use crate::parallel::{ParallelFor, Workers};
 use crate::passes::bricks::VOXELIZE_PASSES;
-use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky, Triangles};
+use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky, SkyImage, Triangles};
 use crate::settings::Settings;
 use crate::view::{FrameShape, View, clip};
 use crate::world::{FrameScope, World};
@@ -242,25 +242,32 @@ impl Context {
 
     /// Replaces all lights and the sky.
     pub fn set_lights(&mut self, lights: &[Light], sky: Sky) -> Result<()> {
-        let usable = |c: &[f32; 3]| c.iter().all(|v| v.is_finite() && *v >= 0.0);
-        for (index, light) in lights.iter().enumerate() {
-            let ok = match light {
-                Light::Directional { direction, irradiance } => {
-                    let length = glam::Vec3::from(*direction).length();
-                    length.is_finite() && length > 1e-12 && usable(irradiance)
-                }
-                Light::Point { position, intensity } => position.iter().all(|v| v.is_finite()) && usable(intensity),
-            };
-            ok.then_some(())
-                .ok_or_else(|| Error::invalid(format!("light {index}: not finite, negative, or no direction")))?;
-        }
         if lights.len() > 4096 {
             return Err(Error::invalid("at most 4096 lights"));
         }
-        usable(&sky.radiance).then_some(()).ok_or_else(|| Error::invalid("sky: not finite or negative"))?;
+        for (index, light) in lights.iter().enumerate() {
+            light.check().map_err(|fault| Error::invalid(format!("lights[{index}]: {fault}")))?;
+        }
+        sky.check().map_err(|fault| Error::invalid(format!("sky: {fault}")))?;
+        if matches!(sky, Sky::Image { .. }) && self.scene.sky_map.is_empty() {
+            return Err(Error::invalid("sky: no image has been handed over"));
+        }
         if self.scene.lights != lights || self.scene.sky != sky {
             self.scene.lights = lights.to_vec();
             self.scene.sky = sky;
+            self.world.lights_changed();
+        }
+        Ok(())
+    }
+
+    /// Takes or replaces the image that [`Sky::Image`] means. It is reduced, in some ten milliseconds a million texels, to
+    /// 64 x 64 mean radiances. Its sum over the sphere stays, and so do, within 1 %, those over hemispheres, but for a sun
+    /// that stands on their horizon. Rays that miss the scene read the map: a sun in it is found by few of them and makes
+    /// noise. Better paint it out, and hand it over as a directional light.
+    pub fn set_sky_image(&mut self, image: &SkyImage) -> Result<()> {
+        let map = image.reduce()?;
+        if self.scene.sky_map != map {
+            self.scene.sky_map = map;
             self.world.lights_changed();
         }
         Ok(())

@@ -70,8 +70,13 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
             s_type, p_next, removed_instances, removed_meshes, textures, materials, meshes, instances,
             removed_instance_count, removed_mesh_count, texture_count, material_count, mesh_count, instance_count,
         }
-        BgiLight { s_type, p_next, light_type, direction, irradiance, intensity, position }
-        BgiLighting { s_type, p_next, lights, light_count, sky_radiance }
+        BgiLight {
+            s_type, p_next, light_type, direction, irradiance, intensity, position, radiance, range, inner_angle,
+            outer_angle, radius, two_sided, half_axis_u, half_axis_v,
+        }
+        BgiLighting { s_type, p_next, lights, light_count, sky_radiance, sky }
+        BgiSky { s_type, p_next, sky_type, zenith, horizon, ground, up, intensity, rotation }
+        BgiSkyImage { s_type, p_next, layout, format, width, height, texels, texels_size }
         BgiViewCreateInfo { s_type, p_next, width, height }
         BgiCamera { s_type, p_next, position, view_rotation, projection }
         BgiDispatchInfo {
@@ -85,7 +90,7 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
             meshes_pending, pass_count, resource_count, passes, resources, mesh_triangles, kept_triangles,
         }
     }
-    constants! { text: BGI_ABI_VERSION BGI_API_VERSION BGI_ERROR_INTERNAL BGI_STRUCTURE_TYPE_STATS BGI_MAX_COUNT }
+    constants! { text: BGI_ABI_VERSION BGI_API_VERSION BGI_ERROR_INTERNAL BGI_STRUCTURE_TYPE_SKY_IMAGE BGI_MAX_COUNT }
     let header = header();
     let structs = header.lines().filter(|line| line.starts_with("typedef struct") && line.ends_with('{')).count();
     assert_eq!(text.matches("_Alignof").count(), structs, "a struct of the header is not compared");

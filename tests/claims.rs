@@ -7,7 +7,7 @@
 
 use brickgi::scene::{InstanceDesc, MeshDesc, MeshUpdate, TextureDesc};
 use brickgi::{Settings, Stats};
-use brickgi_host::scene::Light;
+use brickgi_host::scene::{Light, Sky};
 use brickgi_host::{Host, HostOptions, Image, Reference, Scene, image::luminance};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -156,7 +156,7 @@ fn the_dark_room_stays_dark() {
 #[test]
 fn what_shone_in_through_missing_walls_is_forgotten() {
     let mut closed = Scene::clone(&scene("two_rooms"));
-    closed.sky.radiance = [1.0; 3];
+    closed.sky = Sky::Constant { radiance: [1.0; 3] };
     let settings = Settings { voxel_size: 0.25, voxelize_bricks_per_frame: 4, ..Settings::default() };
     let mut host = open(&Arc::new(closed), "b", settings);
     let mean = |image: Image| image.pixels.iter().map(|p| luminance(*p)).sum::<f64>() / image.pixels.len() as f64;
@@ -414,7 +414,7 @@ const DIVIDER: usize = 4;
 fn open_rooms(camera: &str, memory_budget: u64, region_culling: bool) -> Host {
     let scene = scene("two_rooms");
     let mut host = open_rooms_of(&scene, camera, memory_budget, region_culling);
-    let lamp = |x: f64| Light::Point { position: [x, 2.4, 2.2], intensity: [14.0, 12.5, 10.0] };
+    let lamp = |x: f64| Light::Point { position: [x, 2.4, 2.2], intensity: [14.0, 12.5, 10.0], range: 0.0 };
     host.set_lights(vec![lamp(3.1), lamp(9.4)], scene.sky).expect("valid lights");
     host
 }

@@ -165,7 +165,62 @@ fn bad_ranges_orders_and_ids_are_refused() {
         ("texture: zero size", ARGUMENT, "texture", |b| b.update_texture(|texture| texture.height = 0)),
         ("light: NaN", ARGUMENT, "light", |b| b.light(|light| light.irradiance[2] = f32::NAN)),
         ("light: direction", ARGUMENT, "light", |b| b.light(|light| light.direction = [0.0; 3])),
+        ("light: type", ARGUMENT, "lights[0].lighttype", |b| b.light(|light| light.light_type = 6)),
+        ("point: position", ARGUMENT, "lights[0]: position", |b| {
+            b.light(|light| (light.light_type, light.position[1]) = (BGI_LIGHT_TYPE_POINT, f64::INFINITY))
+        }),
+        ("point: range", ARGUMENT, "lights[0]: range", |b| {
+            b.light(|light| (light.light_type, light.range) = (BGI_LIGHT_TYPE_POINT, -1.0))
+        }),
+        ("spot: no angle", ARGUMENT, "lights[0]: the outer angle", |b| {
+            b.light(|light| light.light_type = BGI_LIGHT_TYPE_SPOT)
+        }),
+        ("spot: behind", ARGUMENT, "lights[0]: the outer angle", |b| {
+            b.light(|light| (light.light_type, light.outer_angle) = (BGI_LIGHT_TYPE_SPOT, 1.6))
+        }),
+        ("spot: angles", ARGUMENT, "lights[0]: the inner angle", |b| {
+            b.light(|light| (light.light_type, light.outer_angle, light.inner_angle) = (BGI_LIGHT_TYPE_SPOT, 0.5, 0.6))
+        }),
+        ("spot: direction", ARGUMENT, "lights[0]: direction", |b| {
+            b.light(|light| {
+                (light.light_type, light.outer_angle, light.direction) = (BGI_LIGHT_TYPE_SPOT, 0.5, [f32::NAN; 3])
+            })
+        }),
+        ("sphere: radius", ARGUMENT, "lights[0]: radius", |b| {
+            b.light(|light| (light.light_type, light.radius) = (BGI_LIGHT_TYPE_SPHERE, 0.0))
+        }),
+        ("sphere: radiance", ARGUMENT, "lights[0]: radiance", |b| {
+            b.light(|light| (light.light_type, light.radius, light.radiance) = (BGI_LIGHT_TYPE_SPHERE, 1.0, [-1.0; 3]))
+        }),
+        ("rectangle: axis", ARGUMENT, "lights[0]: a half axis", |b| {
+            b.light(|light| (light.light_type, light.half_axis_u) = (BGI_LIGHT_TYPE_RECTANGLE, [1.0; 3]))
+        }),
+        ("rectangle: askew", ARGUMENT, "lights[0]: the half axes", |b| {
+            b.light(|light| {
+                light.light_type = BGI_LIGHT_TYPE_RECTANGLE;
+                (light.half_axis_u, light.half_axis_v) = ([1.0, 0.0, 0.0], [1.0, 1.0, 0.0]);
+            })
+        }),
+        ("rectangle: sides", ARGUMENT, "lights[0].twosided", |b| {
+            b.light(|light| (light.light_type, light.two_sided) = (BGI_LIGHT_TYPE_RECTANGLE, 2))
+        }),
         ("light: negative sky", ARGUMENT, "sky", |b| b.lighting(|lighting| lighting.sky_radiance[0] = -1.0)),
+        ("sky: type", ARGUMENT, "sky.skytype", |b| b.sky(|sky| sky.sky_type = 3)),
+        ("sky: struct", STRUCTURE, "bgisky.stype", |b| b.sky(|sky| sky.s_type = BGI_STRUCTURE_TYPE_LIGHT)),
+        ("sky: NaN", ARGUMENT, "sky: horizon", |b| b.sky(|sky| sky.horizon[1] = f32::NAN)),
+        ("sky: up", ARGUMENT, "sky: up", |b| b.sky(|sky| sky.up = [0.0; 3])),
+        ("sky: no image", ARGUMENT, "sky: no image", |b| b.sky(|sky| sky.sky_type = BGI_SKY_TYPE_IMAGE)),
+        ("sky: rotation", ARGUMENT, "sky: rotation", |b| {
+            b.sky(|sky| (sky.sky_type, sky.rotation[0][0]) = (BGI_SKY_TYPE_IMAGE, 1.0))
+        }),
+        ("sky image: layout", ARGUMENT, "layout", |b| b.sky_image(|image| image.layout = 0)),
+        ("sky image: format", ARGUMENT, "format", |b| b.sky_image(|image| image.format = vk::Format::R8G8B8A8_SRGB)),
+        ("sky image: zero", ARGUMENT, "sky image: sides", |b| {
+            b.sky_image(|image| (image.width, image.height, image.texels_size) = (0, 0, 0))
+        }),
+        ("sky image: faces", ARGUMENT, "square", |b| b.sky_image(|image| image.height = 3)),
+        ("sky image: size", ARGUMENT, "96 bytes of texels", |b| b.sky_image(|image| image.texels_size = 92)),
+        ("sky image: NULL", ARGUMENT, "texels", |b| b.sky_image(|image| image.texels = null())),
         ("view: zero", ARGUMENT, "view", |b| b.view(|info| info.width = 0)),
         ("view: huge", ARGUMENT, "view", |b| b.view(|info| info.height = 20_000)),
         ("dispatch before camera", ARGUMENT, "camera", |b| b.dispatch(|_| ())),

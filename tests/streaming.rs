@@ -36,7 +36,7 @@ fn town() -> Scene {
         meshes,
         materials: vec![Material { base_color: [0.5; 3], emission: [0.0; 3], texture: None }],
         instances,
-        sky: Sky { radiance: [1.0; 3] },
+        sky: Sky::Constant { radiance: [1.0; 3] },
         cameras: vec![camera(0.0)],
         ..Scene::default()
     }

@@ -43,7 +43,7 @@ fn passed(ceiling: &MaterialDesc, texture: Option<&[u8; 16]>, lid: bool) -> f64 
         meshes: vec![sheet(0.0), walls(), sheet(HEIGHT), sheet(HEIGHT + 0.06)],
         materials: vec![black.clone(), black],
         instances,
-        sky: Sky { radiance: [1.0; 3] },
+        sky: Sky::Constant { radiance: [1.0; 3] },
         cameras: vec![SceneCamera {
             name: "floor".into(),
             position: [0.0, 2.5, 0.1],

@@ -3,6 +3,7 @@
 
 #import lib/world.wgsl
 #import lib/surface.wgsl
+#import lib/sky.wgsl
 
 const MISS: u32 = 0u;
 const HIT: u32 = 1u;
@@ -222,8 +223,8 @@ fn cube_light(v: Voxel, side: u32, d: vec3<f32>) -> u32 {
 }
 
 // Radiance that arrives at a traced ray's origin.
-fn hit_radiance(hit: Hit) -> vec3<f32> {
-    if hit.kind == MISS { return frame.sky; }
+fn hit_radiance(hit: Hit, direction: vec3<f32>) -> vec3<f32> {
+    if hit.kind == MISS { return sky_radiance(direction); }
     if hit.light == NONE { return vec3<f32>(0.0); }
     return rgb9e5_decode(world_bricks[hit.light]);
 }

@@ -29,7 +29,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let direction = cosine_direction(normal, r2(face.seed, index));
         let hit = trace(Start(start.xyz, normal, FACE_ERROR), direction, 1e6);
         if asks { ask_for_light(hit); }
-        e += hit_radiance(hit);
+        e += hit_radiance(hit, direction);
     }
     face_irradiance[id.x] = pack_irradiance(unpack_irradiance(words) + e * (3.14159265 / f32(frame.bounce_rays)));
 }

@@ -1,6 +1,7 @@
 // Direct irradiance of the listed faces: every light, from jittered points on the face, shadowed by a ray.
 
 #import lib/faces.wgsl
+#import lib/lights.wgsl
 #import lib/sweep.wgsl
 
 @res var<storage, read> lights: array<Light>;
@@ -18,25 +19,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let p = face_point(face, r2(face.seed ^ 0x68bc21ebu, index), pcg(face.seed + index));
         if p.w == 0.0 { continue; }
         samples++;
-        for (var k = 0u; k < frame.light_count; k++) { e += light_at(lights[k], p.xyz, normal); }
+        for (var k = 0u; k < frame.light_count; k++) {
+            let sample = sample_light(lights[k], p.xyz, face.seed + k, index);
+            let cosine = dot(normal, sample.direction);
+            if cosine <= 0.0 || sample.strength <= 0.0 { continue; }
+            if trace(Start(p.xyz, normal, FACE_ERROR), sample.direction, sample.reach).kind == HIT { continue; }
+            e += lights[k].color * (sample.strength * cosine);
+        }
     }
     face_irradiance[id.x] = pack_irradiance(e / f32(max(samples, 1u)));
     if samples == 0u && frame.light_count > 0u { face_irradiance[id.x] = vec2<u32>(INVALID); }
 }
 
-// Irradiance of one light at p (grid space).
-fn light_at(light: Light, p: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
-    var to_light = -light.vector;
-    var reach = 1e6;
-    var strength = 1.0;
-    if light.kind == LIGHT_POINT {
-        let v = light.vector - p;
-        reach = length(v);
-        to_light = v / max(reach, 1e-6);
-        let metres = max(reach * frame.voxel_size, 1e-3);
-        strength = 1.0 / (metres * metres);
-    }
-    let cosine = dot(normal, to_light);
-    if cosine <= 0.0 || trace(Start(p, normal, FACE_ERROR), to_light, reach).kind == HIT { return vec3<f32>(0.0); }
-    return light.color * (strength * cosine);
-}

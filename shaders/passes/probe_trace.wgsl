@@ -25,12 +25,13 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let normal = probes[index * 2u + 1u].xyz;
     let local = probe_direction(index, thread, push.frame_index);
     let origin = view.camera + place.xyz / frame.voxel_size + normal * 0.001;
-    let hit = trace(Start(origin, normal, FACE_ERROR), basis(normal) * local.xyz, 1e6);
+    let direction = basis(normal) * local.xyz;
+    let hit = trace(Start(origin, normal, FACE_ERROR), direction, 1e6);
     ask_for_light(hit);
     // A hit's radiance goes on as it is stored.
     var radiance = 0u;
     if hit.kind == MISS {
-        radiance = rgb9e5_encode(frame.sky, vec3<f32>(0.5));
+        radiance = rgb9e5_encode(sky_radiance(direction), vec3<f32>(0.5));
     } else if hit.light != NONE {
         radiance = world_bricks[hit.light];
     }
@@ -54,7 +55,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     workgroupBarrier();
     if thread == chosen {
-        let target_point = place.xyz + basis(normal) * local.xyz * (hit.t * frame.voxel_size);
+        let target_point = place.xyz + direction * (hit.t * frame.voxel_size);
         probe_guides[index] = vec4<f32>(target_point, bitcast<f32>(radiance));
     }
 }

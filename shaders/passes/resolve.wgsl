@@ -61,7 +61,7 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
         let weight = clamp(far.weight, 0.002, 1.0);
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index));
         let near = look(surface, start, direction, NEAR);
-        if near.kind == HIT { return vec4<f32>(PI * hit_radiance(near), weight); }
+        if near.kind == HIT { return vec4<f32>(PI * hit_radiance(near, direction), weight); }
         let e = open.xyz - hidden(surface, start, open, probe_guides[far.guide]);
         return vec4<f32>(max(e, vec3<f32>(0.0)), weight);
     }
@@ -72,7 +72,7 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index * rays + r));
         let hit = trace(start, direction, 1e6);
         ask_for_light(hit);
-        e += hit_radiance(hit);
+        e += hit_radiance(hit, direction);
     }
     // Next to a probe, a few rays count for little.
     return vec4<f32>(e * (PI / f32(rays)), f32(rays) / 64.0);
@@ -96,7 +96,7 @@ fn hidden(surface: Surface, start: Start, e: vec4<f32>, guide: vec4<f32>) -> vec
         // What lets some light through has let the probe's ray pass, and may hide nothing.
         if hit.kind == MISS || hit.translucent { return vec3<f32>(0.0); }
         t = hit.t;
-        seen = min(hit_radiance(hit), 4.0 * radiance);
+        seen = min(hit_radiance(hit, direction), 4.0 * radiance);
     }
     // What is very near the pixel sees for itself, and takes from the probes' mean.
     if t < NEAR { return radiance * (scale * e.w) - e.xyz * min(scale / PI, 2.0); }

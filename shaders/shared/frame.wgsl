@@ -15,7 +15,7 @@ struct Frame {
     bounds_max: vec3<f32>,
     // Largest component of any emission, at least a small positive number.
     emission_max: f32,
-    // Radiance.
+    // Constant: radiance. Gradient: at the zenith. Image: its factor.
     sky: vec3<f32>,
     light_count: u32,
     // Window's position in voxels (wrapping): seeds stay with the world.
@@ -26,13 +26,26 @@ struct Frame {
     direct_samples: u32,
     // 1: some faces are not lit, for nothing reaches them.
     unreached: u32,
+    // Gradient: up; radiance at the horizon; radiance of the ground. Image: its axes in the world.
+    sky_x: vec3<f32>,
+    sky_kind: u32,
+    sky_y: vec3<f32>,
+    sky_z: vec3<f32>,
 }
 
 struct Light {
-    // Directional: where it travels, normalised. Point: position in grid space.
+    // Directional: where it travels, normalised. Else: position in grid space.
     vector: vec3<f32>,
     kind: u32,
-    // Directional: irradiance. Point: radiant intensity.
+    // Directional: irradiance. Point, spot: radiant intensity. Sphere, rectangle: radiance.
     color: vec3<f32>,
-    unused: u32,
+    // Point, spot: 1 / range^2 in voxels, or 0. Sphere: radius in voxels.
+    extent: f32,
+    // Spot: where it shines, normalised. Rectangle: from the middle to that of an edge, voxels.
+    axis_u: vec3<f32>,
+    // Spot: falls off as clamp(cosine * scale + offset, 0, 1)^2.
+    cone_scale: f32,
+    // Rectangle: the same of the neighbouring edge.
+    axis_v: vec3<f32>,
+    cone_offset: f32,
 }

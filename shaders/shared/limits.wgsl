@@ -33,6 +33,17 @@ const MATERIAL_MASK: u32 = 0x3fffffffu;
 // `Material.texture` without a texture.
 const NO_TEXTURE: u32 = 0xffffffffu;
 const NONE: u32 = 0xffffffffu;
+// Kinds of sky.
+const SKY_CONSTANT: u32 = 0u;
+const SKY_GRADIENT: u32 = 1u;
+const SKY_IMAGE: u32 = 2u;
+// Texels along the edge of its map: 16 KiB, which every device takes as a uniform buffer.
+const SKY_EDGE: u32 = 64u;
 // Kinds of light.
 const LIGHT_DIRECTIONAL: u32 = 0u;
 const LIGHT_POINT: u32 = 1u;
+const LIGHT_SPOT: u32 = 2u;
+// From here on, lights with an extent.
+const LIGHT_SPHERE: u32 = 3u;
+const LIGHT_RECTANGLE: u32 = 4u;
+const LIGHT_TWO_SIDED_RECTANGLE: u32 = 5u;

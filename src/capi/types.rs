@@ -66,6 +66,10 @@ pub const BGI_STRUCTURE_TYPE_CAMERA: BgiStructureType = 13;
 pub const BGI_STRUCTURE_TYPE_DISPATCH_INFO: BgiStructureType = 14;
 /// BgiStats
 pub const BGI_STRUCTURE_TYPE_STATS: BgiStructureType = 15;
+/// BgiSky
+pub const BGI_STRUCTURE_TYPE_SKY: BgiStructureType = 16;
+/// BgiSkyImage
+pub const BGI_STRUCTURE_TYPE_SKY_IMAGE: BgiStructureType = 17;
 
 /// Most elements in any array handed in. A larger count is refused with BGI_ERROR_INVALID_ARGUMENT.
 pub const BGI_MAX_COUNT: u32 = 67108864;

@@ -80,7 +80,7 @@ const BINDINGS: usize = 16;
 impl Slot {
     pub fn new(device: &Device) -> Result<Self> {
         let sizes = [
-            (vk::DescriptorType::UNIFORM_BUFFER, 2),
+            (vk::DescriptorType::UNIFORM_BUFFER, 3),
             (vk::DescriptorType::STORAGE_BUFFER, 8),
             (vk::DescriptorType::SAMPLED_IMAGE, 4),
             (vk::DescriptorType::STORAGE_IMAGE, 2),

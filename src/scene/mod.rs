@@ -6,15 +6,21 @@
 mod camera;
 mod clusters;
 mod geometry;
+mod lights;
 mod sheets;
 mod simplify;
+mod sky;
+mod sky_map;
 mod store;
 
 pub use camera::Camera;
 pub(crate) use clusters::Cluster;
 pub(crate) use geometry::Array;
 pub use geometry::{BufferAddress, BufferMeshDesc, IndexBuffer, IndexType, VertexBuffer, VertexFormat};
+pub use lights::Light;
 pub(crate) use simplify::Triangles;
+pub use sky::Sky;
+pub use sky_map::{SkyFormat, SkyImage, SkyLayout};
 pub(crate) use store::{Instance, Mesh, Scene};
 
 /// A triangle mesh of one material set.
@@ -93,30 +99,4 @@ pub struct MeshUpdate<'a> {
     pub buffer_meshes: &'a [BufferMeshDesc],
     /// Instances to add, move or change.
     pub instances: &'a [InstanceDesc],
-}
-
-/// A light that is not a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Light {
-    /// Parallel light.
-    Directional {
-        /// The direction in which the light travels; need not be normalised.
-        direction: [f32; 3],
-        /// Irradiance on a plane perpendicular to it, linear Rec.709.
-        irradiance: [f32; 3],
-    },
-    /// An isotropic point.
-    Point {
-        /// World position in metres.
-        position: [f64; 3],
-        /// Radiant intensity I: E = I cos / d^2.
-        intensity: [f32; 3],
-    },
-}
-
-/// Light from beyond the world.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sky {
-    /// Radiance from every direction that leaves the scene, linear Rec.709.
-    pub radiance: [f32; 3],
 }

@@ -69,6 +69,8 @@ pub struct Scene {
     pub triangles: Triangles,
     pub lights: Vec<Light>,
     pub sky: Sky,
+    /// The texels of the sky's image, or none.
+    pub sky_map: Vec<u32>,
     /// Of all textures.
     pub texel_bytes: u64,
     emission_max: f32,
@@ -90,6 +92,11 @@ where
 impl Scene {
     pub fn new(settings: &Settings) -> Self {
         Self { tolerance: f64::from(settings.simplify_voxels) * f64::from(settings.voxel_size), ..Self::default() }
+    }
+
+    /// The texels of the sky, if it is an image.
+    pub fn sky_texels(&self) -> &[u32] {
+        if matches!(self.sky, Sky::Image { .. }) { &self.sky_map } else { &[] }
     }
 
     /// Largest emission of any material, above zero.

@@ -8,11 +8,12 @@ use crate::scene::{
     VertexBuffer, VertexFormat,
 };
 use crate::twin::gpu::Gpu;
-use crate::twin::layout::{Brick, decode};
+use crate::twin::layout::{Brick, decode, encode};
+use crate::twin::pack::rgb9e5_decode;
 use crate::twin::random::Random;
 use crate::twin::world::find_brick;
 use ash::vk;
-use glam::{DMat3, DQuat};
+use glam::{DMat3, DQuat, Vec3};
 use std::collections::{BTreeMap, HashSet};
 
 const FRAMES_IN_FLIGHT: usize = 3;
@@ -147,7 +148,8 @@ pub(super) struct Live {
 impl Live {
     pub fn new(settings: Settings) -> Self {
         let bricks = ["brick_compact", "brick_commit", "grid_update", "voxel_mark", "voxelize", "face_resolve"];
-        let gpu = Gpu::new(&[bricks.as_slice(), &["face_compact", "light_direct", "light_store"]].concat());
+        let lighting = ["face_compact", "light_direct", "light_direct_areas", "light_store"];
+        let gpu = Gpu::new(&[bricks.as_slice(), &lighting].concat());
         let slots = (0..FRAMES_IN_FLIGHT).map(|_| Slot::new(&gpu.device).expect("a slot")).collect();
         let world = World::new(&settings, FRAMES_IN_FLIGHT).expect("a world");
         let scene = Scene::new(&settings);
@@ -155,7 +157,7 @@ impl Live {
     }
 
     /// As `Context::dispatch`, without a view.
-    fn frame(&mut self) {
+    pub fn frame(&mut self) {
         let index = self.frames as usize % FRAMES_IN_FLIGHT;
         self.slots[index].recycle(&self.gpu.device);
         let mut scope =
@@ -213,6 +215,23 @@ impl Live {
 
     /// Every brick that the GPU finds.
     pub fn bricks(&mut self) -> BTreeMap<[i32; 3], Brick> {
+        self.packed_bricks().into_iter().map(|(place, words)| (place, decode(&words))).collect()
+    }
+
+    /// Every lit face: its voxel, its side, and the radiance that it sends out.
+    pub fn radiance(&mut self) -> Vec<(IVec3, usize, Vec3)> {
+        let lit = |(place, words): ([i32; 3], Vec<u32>)| {
+            let (_, lights) = encode(&decode(&words));
+            let face = |((cell, side), word): ((IVec3, usize), u32)| {
+                (IVec3::from(place) * 8 + cell, side, rgb9e5_decode(words[word as usize]))
+            };
+            lights.into_iter().map(face).collect::<Vec<_>>()
+        };
+        self.packed_bricks().into_iter().flat_map(lit).collect()
+    }
+
+    /// Every brick that the GPU finds, and whatever lies behind it.
+    fn packed_bricks(&mut self) -> BTreeMap<[i32; 3], Vec<u32>> {
         let (grid, words) = (self.read("world_grid"), self.read("world_bricks"));
         let BrickWindow { low, size } = self.world.table.window_bricks().expect("a window");
         let extent = (size / 4).as_uvec3();
@@ -220,7 +239,7 @@ impl Live {
             (0..size.element_product()).map(|i| IVec3::new(i % size.x, i / size.x % size.y, i / (size.x * size.y)));
         let found = |place: IVec3| {
             let at = find_brick(&grid, extent, low, place.as_uvec3())?;
-            Some(((low + place).to_array(), decode(&words[at as usize..])))
+            Some(((low + place).to_array(), words[at as usize..].to_vec()))
         };
         places.filter_map(found).collect()
     }

@@ -2,6 +2,7 @@
 
 mod growth;
 mod hearing;
+mod lights;
 mod memory;
 mod readback;
 mod voxelization;
@@ -12,15 +13,13 @@ use crate::bricks::{
 use crate::context::ResourceSize;
 use crate::error::Result;
 use crate::frame::{Command, Frame};
-use crate::gpu::shared::{
-    ASKS, Frame as FrameUniform, LIGHT_DIRECTIONAL, LIGHT_POINT, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE,
-};
+use crate::gpu::shared::{ASKS, Frame as FrameUniform, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE};
 use crate::gpu::{Device, Player, Slot};
 use crate::parallel::Workers;
 use crate::passes;
-use crate::scene::{Light, Scene};
+use crate::scene::Scene;
 use crate::settings::Settings;
-use glam::{DMat4, DVec3, IVec3, UVec3, Vec3};
+use glam::{DMat4, DVec3, IVec3, UVec3};
 use hearing::{Hear, Hearing};
 use memory::{Fixed, Memory};
 use readback::Readback;
@@ -253,7 +252,7 @@ impl World {
         Fixed {
             grid: u64::from(self.table.grid.words()) * 4,
             materials: materials + if self.materials_wait { self.memory.materials_bytes() } else { 0 },
-            lights: size_of::<GpuLight>() as u64 * scene.lights.len() as u64,
+            lights: size_of::<GpuLight>() as u64 * scene.lights.len() as u64 + size_of_val(scene.sky_texels()) as u64,
         }
     }
 
@@ -356,10 +355,11 @@ impl World {
     fn light(&mut self, scope: &mut FrameScope, scene: &Scene, camera: DVec3) -> Result<()> {
         let settings = scope.settings;
         let window = self.window_voxels();
-        let lights: Vec<GpuLight> = scene.lights.iter().map(|l| self.gpu_light(l, window)).collect();
+        let lights: Vec<GpuLight> = scene.lights.iter().map(|l| lights::gpu_light(l, &self.grid, window)).collect();
         let (low, high) = self.table.bounds().unwrap_or((self.table.window(), self.table.window()));
         let relative = |b: IVec3| ((b - self.table.window()) * 8).as_vec3().to_array();
         let extent = UVec3::from(settings.coverage_groups);
+        let (sky_kind, sky, [sky_x, sky_y, sky_z]) = scene.sky.uniform();
         let uniform = FrameUniform {
             extent: extent.to_array(),
             frame_index: scope.frame_index,
@@ -369,7 +369,11 @@ impl World {
             voxel_size: settings.voxel_size,
             bounds_max: relative(high),
             emission_max: scene.emission_max(),
-            sky: scene.sky.radiance,
+            sky,
+            sky_kind,
+            sky_x,
+            sky_y,
+            sky_z,
             light_count: lights.len() as u32,
             seed_origin: (self.table.window() * 8).as_uvec3().to_array(),
             bounce_rays: settings.bounce_rays,
@@ -379,6 +383,7 @@ impl World {
         };
         scope.frame.upload.push("frame", &[uniform]);
         scope.frame.upload.push("lights", &lights);
+        scope.frame.upload.push("sky_map", scene.sky_texels());
 
         let total = self.table.faces();
         let sweeps = (settings.light_faces_per_frame / total.max(1)).clamp(1, SWEEPS_MAX);
@@ -399,7 +404,7 @@ impl World {
                 faces,
                 sweeps,
                 self.updates,
-                !lights.is_empty(),
+                &lights,
                 settings.bounce_rays > 0,
             );
             self.updates = self.updates.wrapping_add(sweeps);
@@ -424,23 +429,6 @@ impl World {
     /// What the host should be told, since the last call.
     pub fn take_warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.warnings)
-    }
-
-    fn gpu_light(&self, light: &Light, window: DVec3) -> GpuLight {
-        match light {
-            Light::Directional { direction, irradiance } => GpuLight {
-                vector: Vec3::from(*direction).normalize_or_zero().to_array(),
-                kind: LIGHT_DIRECTIONAL,
-                color: *irradiance,
-                unused: 0,
-            },
-            Light::Point { position, intensity } => GpuLight {
-                vector: (self.grid.to_voxels(DVec3::from(*position)) - window).as_vec3().to_array(),
-                kind: LIGHT_POINT,
-                color: *intensity,
-                unused: 0,
-            },
-        }
     }
 
     /// Says what the passes' names stand for in this slot's frame, and its copies.

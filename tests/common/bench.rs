@@ -190,6 +190,26 @@ impl Bench {
         unsafe { bgiSetLights(self.context, &lighting) }
     }
 
+    pub fn sky(&self, change: impl FnOnce(&mut BgiSky)) -> BgiResult {
+        let mut sky = structure! { BgiSky, BGI_STRUCTURE_TYPE_SKY,
+            sky_type: BGI_SKY_TYPE_GRADIENT, up: [0.0, 1.0, 0.0],
+        };
+        change(&mut sky);
+        self.lighting(|lighting| lighting.sky = &sky)
+    }
+
+    /// A cube of 2 x 2 texels a face, 4 bytes each.
+    pub fn sky_image(&self, change: impl FnOnce(&mut BgiSkyImage)) -> BgiResult {
+        let texels = [0u32; 24];
+        let mut image = structure! { BgiSkyImage, BGI_STRUCTURE_TYPE_SKY_IMAGE,
+            layout: BGI_SKY_LAYOUT_CUBE, format: vk::Format::B10G11R11_UFLOAT_PACK32, width: 2, height: 2,
+            texels: texels.as_ptr().cast(), texels_size: 96,
+        };
+        change(&mut image);
+        // SAFETY: misuse that the header says is survived.
+        unsafe { bgiSetSkyImage(self.context, &image) }
+    }
+
     pub fn camera(&self, change: impl FnOnce(&mut BgiCamera)) -> BgiResult {
         let mut camera = structure! { BgiCamera, BGI_STRUCTURE_TYPE_CAMERA,
             view_rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],

@@ -106,7 +106,7 @@ fn stage() -> Scene {
         meshes: vec![cube()],
         materials: vec![scene::Material { base_color: [0.5; 3], emission: [0.0; 3], texture: None }],
         instances: vec![scene::Instance::at(0, 0, [0.0, -8.0, 0.0])],
-        sky: scene::Sky { radiance: [1.0; 3] },
+        sky: scene::Sky::Constant { radiance: [1.0; 3] },
         cameras: vec![SceneCamera {
             name: "middle".into(),
             position: [0.0, 4.0, 0.0],

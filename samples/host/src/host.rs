@@ -203,7 +203,7 @@ impl Host {
         Ok(readback::read(&self.gpu, &mut self.gbuffer.emission)?.map(rgb))
     }
 
-    /// E_direct: irradiance of the lights with hard shadows, by rays on the CPU from the G-buffer's surfaces.
+    /// E_direct: irradiance of the lights with their shadows, by rays on the CPU from the G-buffer's surfaces.
     pub fn direct(&mut self) -> Result<Image> {
         let (depth, normal, size) = (self.read_depth()?, self.read_normal()?, self.size());
         let (camera, eye) = (&self.camera, DVec3::from(self.camera.position));

@@ -1,9 +1,9 @@
 //! Says the scene in brickgi's words.
 
 use crate::error::Result;
-use crate::scene::{Instance, Light, Scene, Sky};
+use crate::scene::{Instance, Light, Scene, Sky, SkyPicture};
 use brickgi::Context;
-use brickgi::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, TextureDesc};
+use brickgi::scene::{InstanceDesc, MaterialDesc, MeshDesc, MeshUpdate, SkyFormat, SkyImage, TextureDesc};
 
 /// Adds everything in one batch; ids are the scene's indices.
 pub(crate) fn scene(context: &mut Context, scene: &Scene, offset: [f64; 3]) -> Result<()> {
@@ -34,6 +34,11 @@ pub(crate) fn scene(context: &mut Context, scene: &Scene, offset: [f64; 3]) -> R
         instances: &instances,
         ..MeshUpdate::default()
     })?;
+    if let Some(SkyPicture { layout, width, height, rgba32 }) = &scene.sky_picture {
+        let texels = bytemuck::cast_slice(rgba32);
+        let format = SkyFormat::Rgba32Float;
+        context.set_sky_image(&SkyImage { layout: *layout, format, width: *width, height: *height, texels })?;
+    }
     lights(context, &scene.lights, scene.sky, offset)
 }
 
@@ -58,13 +63,8 @@ fn describe(id: u64, instance: &Instance, offset: [f64; 3]) -> InstanceDesc {
 
 /// Replaces the lights and the sky.
 pub(crate) fn lights(context: &mut Context, lights: &[Light], sky: Sky, offset: [f64; 3]) -> Result<()> {
-    let lights: Vec<_> = lights
-        .iter()
-        .map(|light| match *light {
-            Light::Point { position, intensity } => Light::Point { position: moved(position, offset), intensity },
-            directional => directional,
-        })
-        .collect();
+    let mut lights = lights.to_vec();
+    lights.iter_mut().filter_map(Light::position_mut).for_each(|position| *position = moved(*position, offset));
     Ok(context.set_lights(&lights, sky)?)
 }
 

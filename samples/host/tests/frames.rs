@@ -59,7 +59,7 @@ fn differing(a: &Image, b: &Image) -> f64 {
 #[test]
 fn moved_instances_are_drawn_and_voxelised_moved() {
     let mut scene = cornell();
-    scene.lights.push(Light::Point { position: [3.0, 5.0, -3.0], intensity: [20.0; 3] });
+    scene.lights.push(Light::Point { position: [3.0, 5.0, -3.0], intensity: [20.0; 3], range: 0.0 });
     let own = |index: usize| scene.instances[index].clone();
     let turn = Mat3::from_rotation_y(0.4);
     let place = |instance: Instance, linear: Mat3, translation: [f64; 3]| Instance {

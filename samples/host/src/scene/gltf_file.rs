@@ -140,13 +140,15 @@ impl Loader<'_> {
     fn light(&mut self, light: &gltf::khr_lights_punctual::Light<'_>, world: DMat4) {
         let color = light.color().map(|c| c * light.intensity());
         let position = world.w_axis.truncate().to_array();
+        let direction = (-world.z_axis.truncate()).normalize_or(DVec3::NEG_Z).as_vec3().to_array();
+        let range = light.range().unwrap_or(0.0);
         match light.kind() {
-            Kind::Directional => {
-                let direction = (-world.z_axis.truncate()).normalize_or(DVec3::NEG_Z).as_vec3().to_array();
-                self.scene.lights.push(Light::Directional { direction, irradiance: color });
-            }
-            Kind::Point => self.scene.lights.push(Light::Point { position, intensity: color }),
-            Kind::Spot { .. } => self.scene.warnings.push("a spot light is left out".into()),
+            Kind::Directional => self.scene.lights.push(Light::Directional { direction, irradiance: color }),
+            Kind::Point => self.scene.lights.push(Light::Point { position, intensity: color, range }),
+            Kind::Spot { inner_cone_angle: inner_angle, outer_cone_angle: outer_angle } => self
+                .scene
+                .lights
+                .push(Light::Spot { position, direction, intensity: color, inner_angle, outer_angle, range }),
         }
     }
 

@@ -6,7 +6,7 @@ mod flat;
 mod gltf_file;
 mod gltf_texture;
 
-pub use brickgi::scene::{Light, Sky};
+pub use brickgi::scene::{Light, Sky, SkyLayout};
 pub use camera::SceneCamera;
 pub(crate) use flat::face_normal;
 pub use flat::flatten;
@@ -47,6 +47,19 @@ pub struct Texture {
     pub rgba8: Vec<u8>,
 }
 
+/// The image of a sky: radiance, linear Rec.709.
+#[derive(Clone, Debug)]
+pub struct SkyPicture {
+    /// How it covers the directions.
+    pub layout: SkyLayout,
+    /// Texels per row.
+    pub width: u32,
+    /// Rows, of a cube those of a face.
+    pub height: u32,
+    /// RGBA, rows from the top; six faces of a cube one after another.
+    pub rgba32: Vec<[f32; 4]>,
+}
+
 /// A mesh with a material, placed in the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instance {
@@ -81,6 +94,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Light from beyond the scene.
     pub sky: Sky,
+    /// The image that [`Sky::Image`] means.
+    pub sky_picture: Option<SkyPicture>,
     /// At least one.
     pub cameras: Vec<SceneCamera>,
     /// What the file asked for and the host does not do, one line each.
@@ -146,7 +161,7 @@ impl Scene {
         if self.lights.is_empty() && !emits {
             let sun = Light::Directional { direction: [0.35, -0.85, -0.4], irradiance: [14.0, 13.0, 11.5] };
             self.lights.push(sun);
-            self.sky = Sky { radiance: [0.9, 1.15, 1.5] };
+            self.sky = Sky::Constant { radiance: [0.9, 1.15, 1.5] };
         }
         self
     }
