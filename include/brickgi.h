@@ -120,8 +120,8 @@ typedef struct BgiSettings {
     /// World covered, in groups of 32 voxels per axis; powers of two, 1 to 64; default 32 x 8 x 32 (512 x 128 x 512 m
     /// at 0.5 m, Y up). Costs 16 bytes a group.
     uint32_t coverageGroups[3];
-    /// Bricks voxelised a frame while any are waiting, 1 to 4096; default 512. Fewer where a tenth of memoryBudget
-    /// (8 MiB at most), set aside for this, does not suffice. Costs nothing when none waits.
+    /// Bricks voxelised a frame while any are waiting, 1 to 4096; default 512. Fewer where a sixteenth of
+    /// memoryBudget (8 MiB at most), set aside for this, does not suffice. Costs nothing when none waits.
     uint32_t voxelizeBricksPerFrame;
     /// Upper limit of the world's device memory in bytes, at least 1 MiB; default 28 MiB. Holds in every frame: what does
     /// not fit is left out, the farthest first (BGI_WARNING_WORLD_INCOMPLETE). Textures, materials, coverageGroups and

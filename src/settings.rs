@@ -40,8 +40,8 @@ pub struct Settings {
     /// not fit is left out, the farthest first. Textures, materials, `coverage_groups` and `frames_in_flight` must leave
     /// room for a brick.
     pub memory_budget: u64,
-    /// Bricks voxelised a frame while any are waiting, 1 to 4096; default 512. Fewer where a tenth of `memory_budget`
-    /// (8 MiB at most), set aside for this, does not suffice. Costs nothing when none waits.
+    /// Bricks voxelised a frame while any are waiting, 1 to 4096; default 512. Fewer where a sixteenth of
+    /// `memory_budget` (8 MiB at most), set aside for this, does not suffice. Costs nothing when none waits.
     pub voxelize_bricks_per_frame: u32,
     /// Milliseconds of GPU time that voxelisation may take a frame, 0 to 1000; default 0: no limit. From the timestamps of
     /// earlier frames, bricks are handed to the GPU as far as they will fit, one at least and

@@ -6,8 +6,13 @@ use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (800, 500);
 /// Told apart by the colour-blind too (Okabe and Ito 2008).
-const COLORS: [RGBColor; 4] =
-    [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
+const COLORS: [RGBColor; 5] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+];
 
 /// SVG of all columns against the first.
 pub fn draw(table: &Table) -> Result<String> {

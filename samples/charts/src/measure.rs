@@ -34,18 +34,22 @@ fn settings() -> Settings {
 }
 
 /// CPU milliseconds against instances, 10 to `most` by factors of 10: a frame in which nothing changes, one in which
-/// [`MOVING`] boxes move (or all, where there are fewer), and all that it takes to load.
+/// light still settles, one in which [`MOVING`] boxes move (or all, where there are fewer), and all that it takes to load.
 pub fn instances(most: usize) -> Result<Table> {
-    let columns = vec!["instances", "settled_ms", "moving_update_ms", "moving_dispatch_ms", "load_ms"];
+    let columns = vec!["instances", "settled_ms", "settling_ms", "moving_update_ms", "moving_dispatch_ms", "load_ms"];
     let mut table = Table { title: "CPU time against instances", columns, rows: Vec::new() };
     let mut count = 10;
     while count <= most {
         let (mut field, load) = Field::new(count, 400.0 / (count as f64).sqrt(), settings())?;
+        let settling = median((0..FRAMES).map(|_| field.frame()).collect::<Result<_>>()?);
+        while field.stats().convergence < 1.0 {
+            field.frame()?;
+        }
         let settled = median((0..FRAMES).map(|_| field.frame()).collect::<Result<_>>()?);
         let moving: Vec<Cost> = (0..FRAMES).map(|_| field.step(MOVING.min(count))).collect::<Result<_>>()?;
         let update = median(moving.iter().map(|c| c.update).collect());
         let dispatch = median(moving.iter().map(|c| c.dispatch).collect());
-        let row = vec![count as f64, settled, update, dispatch, milliseconds(load.update + load.dispatch)];
+        let row = vec![count as f64, settled, settling, update, dispatch, milliseconds(load.update + load.dispatch)];
         println!("{count} instances: {:?} = {row:.3?}; {} bricks", &table.columns[1..], field.stats().bricks);
         table.rows.push(row);
         count *= 10;
