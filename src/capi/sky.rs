@@ -49,7 +49,7 @@ pub struct BgiSky {
 
 /// A sky's image: radiance, linear Rec.709. What is negative or not a number counts as 0, what is infinite as 65504.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct BgiSkyImage {
     /// BGI_STRUCTURE_TYPE_SKY_IMAGE
     pub s_type: BgiStructureType,
@@ -101,7 +101,10 @@ impl BgiSkyImage {
             vk::Format::R16G16B16A16_SFLOAT => SkyFormat::Rgba16Float,
             vk::Format::R32G32B32A32_SFLOAT => SkyFormat::Rgba32Float,
             vk::Format::B10G11R11_UFLOAT_PACK32 => SkyFormat::B10G11R11,
-            other => return Err(Failure::argument(format!("format: {other:?} is not one of a sky's image"))),
+            other => {
+                let text = format!("format: VkFormat {} is not one of a sky's image", other.as_raw());
+                return Err(Failure::argument(text));
+            }
         };
         // SAFETY: the caller's promise.
         let texels = unsafe { input::bytes(self.texels, 0, self.texels_size, 1, "texels")? };
