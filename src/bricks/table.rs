@@ -628,6 +628,11 @@ impl BrickTable {
         self.lighting.convergence() * if missing > 0.0 { resident / (resident + missing) } else { 1.0 }
     }
 
+    /// Nothing sleeps: everything is lit as if something had just changed.
+    pub fn rouse_lighting(&mut self) {
+        self.lighting.rouse();
+    }
+
     /// Forgets what lighting has settled: everything converges anew.
     pub fn invalidate_lighting(&mut self) {
         self.lighting.invalidate();

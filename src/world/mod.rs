@@ -392,6 +392,10 @@ impl World {
         let bricks = self.memory.fit_light_bricks(scope, self.table.resident())?;
         let budget = LightBudget { faces: budget, bricks, sweeps };
         let window = self.table.window();
+        if self.regions.any_masked() {
+            // Rays of faces are to ask.
+            self.table.rouse_lighting();
+        }
         let (bricks, faces) = self.table.choose_for_light(&budget, camera);
         if self.regions.any_masked() {
             let asking = bricks.iter_mut().filter(|b| self.regions.asks(window + unpack(b.position)));
