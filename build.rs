@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 const PERMUTATIONS: &[(&str, &str, &str, &str)] = &[
     ("resolve", "resolve_float32", "rgba16float", "rgba32float"),
     ("light_direct", "light_direct_areas", "const AREAS: bool = false;", "const AREAS: bool = true;"),
+    ("light_direct_many", "light_direct_many_areas", "const AREAS: bool = false;", "const AREAS: bool = true;"),
 ];
 
 fn main() {

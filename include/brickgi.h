@@ -155,6 +155,9 @@ typedef struct BgiSettings {
     /// instance, for the largest scale of its instances, and anew when a larger one comes. What the host handed over is
     /// kept beside what is left.
     float simplifyVoxels;
+    /// Lights that each of a face's directSamples asks at most, 1 to 4096; default 4. Of more, it asks some by chance, the
+    /// more often the more they bring: the mean is the same, and a face costs directSamples times directLights rays at most.
+    uint32_t directLights;
 } BgiSettings;
 
 /// Severity of a log line: one of BGI_LOG_*.

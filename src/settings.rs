@@ -59,6 +59,9 @@ pub struct Settings {
     pub bounce_rays: u32,
     /// Shadow samples a face and light takes per lighting update, 1 to 16; default 2.
     pub direct_samples: u32,
+    /// Lights that each of these samples asks at most, 1 to 4096; default 4. Of more, it asks some by chance, the more often
+    /// the more they bring: the mean is the same, and a face costs `direct_samples` times `direct_lights` rays at most.
+    pub direct_lights: u32,
     /// How a ray hits a voxel; default [`HitModel::Plane`].
     pub hit_model: HitModel,
     /// Pixels along the edge of a screen-probe tile: 8, 16 or 32; default 16.
@@ -86,6 +89,7 @@ impl Default for Settings {
             light_faces_per_frame: 131_072,
             bounce_rays: 4,
             direct_samples: 2,
+            direct_lights: 4,
             hit_model: HitModel::Plane,
             probe_tile: 16,
             temporal_frames: 64,
@@ -131,6 +135,7 @@ impl Settings {
         )?;
         in_range(self.bounce_rays <= 64, "bounce_rays must be 0 to 64")?;
         in_range((1..=16).contains(&self.direct_samples), "direct_samples must be 1 to 16")?;
+        in_range((1..=4096).contains(&self.direct_lights), "direct_lights must be 1 to 4096")?;
         in_range(matches!(self.probe_tile, 8 | 16 | 32), "probe_tile must be 8, 16 or 32")?;
         in_range((1..=256).contains(&self.temporal_frames), "temporal_frames must be 1 to 256")?;
         in_range(self.pixel_rays <= 1024, "pixel_rays must be 0 to 1024")

@@ -405,7 +405,7 @@ fn a_brick_of_many_triangles_counts_against_the_budget() {
 }
 
 /// What three sealed rooms in four do not fit into, all their faces lit.
-const ROOMS_BUDGET: u64 = MIB / 64 * 71;
+const ROOMS_BUDGET: u64 = MIB / 64 * 72;
 /// The wall between the two rooms.
 const DIVIDER: usize = 4;
 

@@ -16,6 +16,8 @@ struct LightSample {
 // Whether there are lights with an extent. Most scenes have none, and their shader stays small.
 const AREAS: bool = false;
 const TAU: f32 = 6.2831853;
+// Half a brick's diagonal, voxels.
+const BRICK_RADIUS: f32 = 6.93;
 // Rectangles that are seen smaller than this (steradians) are sampled by area: it makes no difference, and the corners of
 // a tiny spherical rectangle are lost in rounding.
 const SMALL_ANGLE: f32 = 1e-3;
@@ -37,6 +39,41 @@ fn sample_light(light: Light, p: vec3<f32>, seed: u32, index: u32) -> LightSampl
         strength *= cone * cone;
     }
     return LightSample(direction, reach, strength);
+}
+
+// About what a light can bring to a brick, unshadowed, `middle` being its middle (grid space); 0 only where it brings
+// nothing.
+fn light_bound(light: Light, middle: vec3<f32>) -> f32 {
+    let power = brightness(light.color);
+    if light.kind == LIGHT_DIRECTIONAL { return power; }
+    let v = light.vector - middle;
+    let distance = length(v);
+    let d2 = max(distance * distance, BRICK_RADIUS * BRICK_RADIUS);
+    if AREAS && light.kind == LIGHT_SPHERE { return power * 0.5 * TAU * min(light.extent * light.extent / d2, 1.0); }
+    if AREAS && light.kind >= LIGHT_RECTANGLE {
+        let area = cross(light.axis_u, light.axis_v);
+        let is_behind = dot(v, area) > BRICK_RADIUS * length(area) && light.kind != LIGHT_TWO_SIDED_RECTANGLE;
+        return select(power * min(4.0 * length(area) / d2, TAU), 0.0, is_behind);
+    }
+    let nearest = max(distance - BRICK_RADIUS, 0.0);
+    let share = nearest * nearest * light.extent;
+    let window = max(1.0 - share * share, 0.0);
+    var strength = window * window / (d2 * frame.voxel_size * frame.voxel_size);
+    if light.kind == LIGHT_SPOT && distance > BRICK_RADIUS {
+        // The brick's point that is nearest to the axis.
+        let sine = BRICK_RADIUS / distance;
+        let cosine = sqrt(1.0 - sine * sine);
+        let middle_cosine = clamp(-dot(light.axis_u, v) / distance, -1.0, 1.0);
+        let aside = sqrt(1.0 - middle_cosine * middle_cosine);
+        let best = select(middle_cosine * cosine + aside * sine, 1.0, middle_cosine > cosine);
+        let cone = saturate(best * light.cone_scale + light.cone_offset);
+        strength *= cone * cone;
+    }
+    return power * strength;
+}
+
+fn brightness(color: vec3<f32>) -> f32 {
+    return color.x + color.y + color.z;
 }
 
 // Steps of sqrt 2 and sqrt 3, in 32-bit fixed point. Not those of `r2`, which choose the point on the face: with the same

@@ -31,6 +31,8 @@ struct Frame {
     sky_kind: u32,
     sky_y: vec3<f32>,
     sky_z: vec3<f32>,
+    // Lights that each sample of a face asks at most.
+    direct_lights: u32,
 }
 
 struct Light {

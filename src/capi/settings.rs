@@ -74,6 +74,9 @@ pub struct BgiSettings {
     /// instance, for the largest scale of its instances, and anew when a larger one comes. What the host handed over is
     /// kept beside what is left.
     pub simplify_voxels: f32,
+    /// Lights that each of a face's directSamples asks at most, 1 to 4096; default 4. Of more, it asks some by chance, the
+    /// more often the more they bring: the mean is the same, and a face costs directSamples times directLights rays at most.
+    pub direct_lights: u32,
 }
 
 structure_types! { BgiSettings = BGI_STRUCTURE_TYPE_SETTINGS }
@@ -98,6 +101,7 @@ impl From<Settings> for BgiSettings {
             voxelize_ms: from.voxelize_ms,
             region_culling: from.region_culling.into(),
             simplify_voxels: from.simplify_voxels,
+            direct_lights: from.direct_lights,
         }
     }
 }
@@ -114,6 +118,7 @@ impl BgiSettings {
             light_faces_per_frame: self.light_faces_per_frame,
             bounce_rays: self.bounce_rays,
             direct_samples: self.direct_samples,
+            direct_lights: self.direct_lights,
             hit_model: match self.hit_model {
                 BGI_HIT_MODEL_PLANE => HitModel::Plane,
                 BGI_HIT_MODEL_CUBE => HitModel::Cube,

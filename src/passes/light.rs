@@ -1,7 +1,8 @@
-//! Group "lighting": `face_compact`, `light_direct` (or `light_direct_areas`), `light_bounce`, `light_store`.
+//! Group "lighting": `face_compact`, `light_direct` (or one of its kin), `light_bounce`, `light_store`.
 
 use crate::frame::Frame;
 use crate::gpu::shared::{LIGHT_SPHERE, Light, LightBrick, LightPush};
+use crate::settings::Settings;
 
 /// Lights `face_count` faces of the chosen bricks `sweeps` times; `first_update` numbers the sweeps over time.
 pub fn light(
@@ -11,21 +12,29 @@ pub fn light(
     sweeps: u32,
     first_update: u32,
     lights: &[Light],
-    bounces: bool,
+    settings: &Settings,
 ) {
+    frame.upload.push("lights", lights);
     frame.upload.push("light_bricks", bricks);
-    let groups = face_count.div_ceil(64);
-    let direct = if lights.iter().any(|l| l.kind >= LIGHT_SPHERE) { "light_direct_areas" } else { "light_direct" };
-    frame.dispatch("face_compact", [bricks.len() as u32, 1, 1], [0u32; 0]);
+    let (brick_count, groups) = (bricks.len() as u32, face_count.div_ceil(64));
+    let bounces = settings.bounce_rays > 0;
+    let have_extent = lights.iter().any(|l| l.kind >= LIGHT_SPHERE);
+    let (direct, direct_groups) = match (lights.len() > settings.direct_lights as usize, have_extent) {
+        (false, false) => ("light_direct", groups),
+        (false, true) => ("light_direct_areas", groups),
+        (true, false) => ("light_direct_many", brick_count),
+        (true, true) => ("light_direct_many_areas", brick_count),
+    };
+    frame.dispatch("face_compact", [brick_count, 1, 1], [0u32; 0]);
     for sweep in 0..sweeps {
-        let push = LightPush { face_count, brick_count: bricks.len() as u32, update: first_update + sweep };
+        let push = LightPush { face_count, brick_count, update: first_update + sweep };
         // Without bounces it still clears what the sweep before left.
         if !lights.is_empty() || !bounces {
-            frame.dispatch(direct, [groups, 1, 1], push);
+            frame.dispatch(direct, [direct_groups, 1, 1], push);
         }
         if bounces {
             frame.dispatch("light_bounce", [groups, 1, 1], push);
         }
-        frame.dispatch("light_store", [push.brick_count, 1, 1], push);
+        frame.dispatch("light_store", [brick_count, 1, 1], push);
     }
 }

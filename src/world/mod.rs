@@ -354,8 +354,7 @@ impl World {
 
     fn light(&mut self, scope: &mut FrameScope, scene: &Scene, camera: DVec3) -> Result<()> {
         let settings = scope.settings;
-        let window = self.window_voxels();
-        let lights: Vec<GpuLight> = scene.lights.iter().map(|l| lights::gpu_light(l, &self.grid, window)).collect();
+        let low_corner = self.window_voxels();
         let (low, high) = self.table.bounds().unwrap_or((self.table.window(), self.table.window()));
         let relative = |b: IVec3| ((b - self.table.window()) * 8).as_vec3().to_array();
         let extent = UVec3::from(settings.coverage_groups);
@@ -374,15 +373,15 @@ impl World {
             sky_x,
             sky_y,
             sky_z,
-            light_count: lights.len() as u32,
+            light_count: scene.lights.len() as u32,
             seed_origin: (self.table.window() * 8).as_uvec3().to_array(),
             bounce_rays: settings.bounce_rays,
             direct_samples: settings.direct_samples,
+            direct_lights: settings.direct_lights,
             unreached: u32::from(self.regions.any_masked()),
             ..FrameUniform::default()
         };
         scope.frame.upload.push("frame", &[uniform]);
-        scope.frame.upload.push("lights", &lights);
         scope.frame.upload.push("sky_map", scene.sky_texels());
 
         let total = self.table.faces();
@@ -402,6 +401,8 @@ impl World {
             asking.for_each(|b| b.position |= ASKS);
         }
         if !bricks.is_empty() {
+            let place = |l| lights::gpu_light(l, &self.grid, low_corner);
+            let lights: Vec<GpuLight> = scene.lights.iter().map(place).collect();
             passes::light::light(
                 &mut scope.frame,
                 bricks,
@@ -409,11 +410,12 @@ impl World {
                 sweeps,
                 self.updates,
                 &lights,
-                settings.bounce_rays > 0,
+                settings,
             );
             self.updates = self.updates.wrapping_add(sweeps);
         }
-        let per_face = u64::from(settings.bounce_rays) + u64::from(settings.direct_samples) * lights.len() as u64;
+        let asked = settings.direct_lights.min(scene.lights.len() as u32);
+        let per_face = u64::from(settings.bounce_rays + settings.direct_samples * asked);
         self.flights[scope.index].lit.extend_from_slice(self.table.lit());
         self.flights[scope.index].window = window * 8;
         self.flights[scope.index].light_rays = u64::from(faces) * u64::from(sweeps) * per_face;

@@ -62,6 +62,9 @@ pub struct Args {
     /// Shadow samples a face and light takes per lighting update
     #[arg(long)]
     pub direct_samples: Option<u32>,
+    /// Lights that each of these samples asks at most
+    #[arg(long)]
+    pub direct_lights: Option<u32>,
     /// Pixels along the edge of a screen-probe tile: 8, 16 or 32
     #[arg(long)]
     pub probe_tile: Option<u32>,
@@ -121,6 +124,7 @@ impl Args {
             light_faces_per_frame: self.light_faces.unwrap_or(base.light_faces_per_frame),
             bounce_rays: self.bounce_rays.unwrap_or(base.bounce_rays),
             direct_samples: self.direct_samples.unwrap_or(base.direct_samples),
+            direct_lights: self.direct_lights.unwrap_or(base.direct_lights),
             hit_model: match self.hit {
                 HitName::Plane => HitModel::Plane,
                 HitName::Cube => HitModel::Cube,
