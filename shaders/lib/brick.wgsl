@@ -1,4 +1,4 @@
-// A brick's words in `world_bricks`, which whoever imports this declares. `face_resolve` writes them.
+// A brick's words, as `brick_word` gives them, which whoever imports this declares. `face_resolve` writes them.
 //
 // Word 0: mask of its 2 x 2 x 2 blocks. Then a record for each: mask low, mask high, runs = first word 16 (from the brick)
 // | lit sides 9 << 16 | emissive << 31. A block's words:
@@ -50,10 +50,10 @@ struct Block {
 fn brick_block(brick: u32, block_mask: u32, block: u32) -> Block {
     if ((block_mask >> block) & 1u) == 0u { return Block(); }
     let record = brick + 1u + BLOCK_WORDS * countOneBits(block_mask & ((1u << block) - 1u));
-    let runs = world_bricks[record + 2u];
+    let runs = brick_word(record + 2u);
     let light = brick + (runs & 0xffffu);
     let voxels = light + runs_lit(runs) * (1u + runs_emissive(runs));
-    return Block(world_bricks[record], world_bricks[record + 1u], runs, light, voxels);
+    return Block(brick_word(record), brick_word(record + 1u), runs, light, voxels);
 }
 
 // An occupied voxel.
@@ -71,7 +71,7 @@ struct Voxel {
 fn block_voxel(block: Block, cell: vec3<u32>) -> Voxel {
     let bit = child_bit(cell);
     if !mask_has(block.low, block.high, bit) { return Voxel(); }
-    let word = world_bricks[block.voxels + mask_rank(block.low, block.high, bit)];
+    let word = brick_word(block.voxels + mask_rank(block.low, block.high, bit));
     let surfaces = block.voxels + countOneBits(block.low) + countOneBits(block.high) + 2u * ((word >> 12u) & 511u);
     return Voxel(true, word, block.runs, block.light + ((word >> 21u) & 511u), surfaces);
 }
@@ -102,13 +102,13 @@ fn surface_address(v: Voxel, side: u32) -> u32 {
 }
 
 fn voxel_plane(v: Voxel, side: u32) -> Plane {
-    return plane_decode(side, world_bricks[surface_address(v, side)]);
+    return plane_decode(side, brick_word(surface_address(v, side)));
 }
 
 // 4 x 4 coverage of a stored side.
 fn voxel_mask(v: Voxel, side: u32) -> u32 {
     if !is_part_filled(v) { return 0xffffu; }
-    return world_bricks[surface_address(v, side) + 1u] >> 16u;
+    return brick_word(surface_address(v, side) + 1u) >> 16u;
 }
 
 fn covers(v: Voxel, side: u32, p: vec3<f32>) -> bool {
@@ -116,7 +116,7 @@ fn covers(v: Voxel, side: u32, p: vec3<f32>) -> bool {
 }
 
 fn voxel_albedo(v: Voxel, side: u32) -> vec3<f32> {
-    let word = world_bricks[surface_address(v, side) + 1u];
+    let word = brick_word(surface_address(v, side) + 1u);
     if is_part_filled(v) { return albedo_decode(word & 0xffffu); }
     return fine_albedo_decode(word);
 }
@@ -128,5 +128,5 @@ fn light_address(v: Voxel, side: u32) -> u32 {
 
 fn voxel_emission(v: Voxel, side: u32) -> vec3<f32> {
     if runs_emissive(v.runs) == 0u { return vec3<f32>(0.0); }
-    return rgb9e5_decode(world_bricks[light_address(v, side) + runs_lit(v.runs)]);
+    return rgb9e5_decode(brick_word(light_address(v, side) + runs_lit(v.runs)));
 }

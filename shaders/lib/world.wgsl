@@ -11,6 +11,8 @@
 @res var<storage, read> world_grid: array<u32>;
 @res var<storage, read> world_bricks: array<u32>;
 
+fn brick_word(address: u32) -> u32 { return world_bricks[address]; }
+
 fn group_address(group: vec3<u32>) -> u32 {
     let g = (group + frame.torus) & (frame.extent - 1u);
     return (g.x + frame.extent.x * (g.y + frame.extent.y * g.z)) * GROUP_WORDS;

@@ -14,6 +14,8 @@
 @res var<storage, read_write> world_bricks: array<u32>;
 @res var<storage, read_write> light_changes: array<LightChange>;
 
+fn brick_word(address: u32) -> u32 { return world_bricks[address]; }
+
 // Of each thread's faces: sum of differences, of radiance and of squared differences.
 var<workgroup> sums: array<vec3<f32>, 64>;
 
@@ -48,10 +50,11 @@ fn store(brick: LightBrick, block_mask: u32, index: u32) -> vec3<f32> {
     let e = unpack_irradiance(words);
     let sent = voxel_albedo(voxel, side) * e * 0.318309886 + voxel_emission(voxel, side);
     let address = light_address(voxel, side);
-    let known = rgb9e5_decode(world_bricks[address]);
+    let word = world_bricks[address];
+    let known = rgb9e5_decode(word);
     let seed = pcg(item ^ pcg((brick.position & ~ASKS) ^ (push.update * 0x9e3779b9u)));
     let rounding = vec3<f32>(unit_float(pcg(seed)), unit_float(pcg(seed + 1u)), unit_float(pcg(seed + 2u)));
-    world_bricks[address] = rgb9e5_encode(mix(known, sent, brick.alpha), rounding);
+    world_bricks[address] = rgb9e5_encode(mix(known, sent, select(brick.alpha, 1.0, word == UNLIT)), rounding);
     let difference = dot(sent - known, vec3<f32>(1.0));
     return vec3<f32>(difference, 0.5 * dot(sent + known, vec3<f32>(1.0)), difference * difference);
 }

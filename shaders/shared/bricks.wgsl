@@ -48,6 +48,14 @@ struct BrickCopy {
     unused: u32,
 }
 
+// Light to carry over to a brick that is voxelised again.
+struct LightCarry {
+    // First word in `world_bricks` of the brick that it had been.
+    base: u32,
+    // First word in `brick_source` of what takes its place.
+    source: u32,
+}
+
 const ASKS: u32 = 0x80000000u;
 
 // What lighting has found of a brick: means of its faces, radiance, sums of the three channels.

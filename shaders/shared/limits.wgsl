@@ -33,6 +33,8 @@ const MATERIAL_MASK: u32 = 0x3fffffffu;
 // `Material.texture` without a texture.
 const NO_TEXTURE: u32 = 0xffffffffu;
 const NONE: u32 = 0xffffffffu;
+// Light of a face that has never been lit: black, and no word that an encoder writes.
+const UNLIT: u32 = 0xf8000000u;
 // Kinds of sky.
 const SKY_CONSTANT: u32 = 0u;
 const SKY_GRADIENT: u32 = 1u;

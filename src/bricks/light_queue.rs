@@ -13,6 +13,8 @@ const SETTLED: u32 = 768;
 /// What has settled starts from here when something has changed somewhere: by the time it has settled again its average
 /// has forgotten all but (640 / 768)^24, a hundredth, of what it was.
 const ROUSED: u32 = 640;
+/// What is voxelised again counts as updated so often at most: averages have a weight of a quarter.
+const CARRIED: u32 = 4 * FAST;
 /// Updates that are watched for changes after something has changed somewhere.
 const WATCHED: u32 = 32;
 /// Bricks lit in one frame at most: one workgroup each.
@@ -110,19 +112,20 @@ pub struct LightQueue {
 }
 
 impl LightQueue {
-    /// A brick that has never been lit, `distance` bricks from the camera. Returns its turn, by which it leaves.
-    pub fn enter(&mut self, position: IVec3, base: u32, faces: u32, distance: f64) -> u32 {
+    /// A brick with faces that have never been lit, `distance` bricks from the camera; the others have the light of as many
+    /// `updates`. Returns its turn, by which it leaves.
+    pub fn enter(&mut self, position: IVec3, base: u32, faces: u32, distance: f64, updates: u32) -> u32 {
         let due = Due::New((distance * 16.0) as u32);
         self.entered = self.entered.wrapping_add(1);
         let turn = Turn {
             position,
             base,
             faces,
-            updates: 0,
+            updates: updates.min(CARRIED),
             epoch: self.epoch,
             changes: self.changes,
             serial: self.entered,
-            change: Change::default(),
+            change: Change { watched: WATCHED, ..Change::default() },
             due,
             place: 0,
         };
@@ -133,18 +136,21 @@ impl LightQueue {
             self.turns[index as usize] = turn;
         }
         self.faces += faces;
+        self.settled += u64::from(turn.updates * faces);
         self.put(index, due);
         index
     }
 
-    /// Takes a brick out.
-    pub fn leave(&mut self, index: u32) {
+    /// Takes a brick out. Returns its faces, and their updates since the lights last changed.
+    pub fn leave(&mut self, index: u32) -> (u32, u32) {
         let Turn { faces, updates, epoch, .. } = self.turns[index as usize];
-        self.settled -= if epoch == self.epoch { u64::from(updates * faces) } else { 0 };
+        let updates = if epoch == self.epoch { updates } else { 0 };
+        self.settled -= u64::from(updates * faces);
         self.take_out(index);
         self.turns[index as usize].serial = 0;
         self.faces -= faces;
         self.free.push(index);
+        (faces, updates)
     }
 
     fn take_out(&mut self, index: u32) {
@@ -411,7 +417,7 @@ mod tests {
                     let brick = IVec3::new(x, y, z);
                     let due = (brick.as_dvec3().length() * 16.0) as u64;
                     let faces = 1 + (random >> 8) % 50;
-                    let turn = queue.enter(brick, faces, faces, brick.as_dvec3().length());
+                    let turn = queue.enter(brick, faces, faces, brick.as_dvec3().length(), 0);
                     bricks.insert([x, y, z], (turn, due));
                     sorted.insert((due, [x, y, z]));
                 }

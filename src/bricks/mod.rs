@@ -21,7 +21,7 @@ pub use light_queue::{LightBudget, Lit};
 pub use primitives::CubeTest;
 pub use primitives::{Batch, BrickWindow, MAX_TRIANGLES, PrimitiveIndex, WorldGrid};
 pub use regions::{Mask, Regions};
-pub use table::{BrickTable, Finished};
+pub use table::{Arrived, BrickTable, Finished};
 pub use viewpoint::Viewpoint;
 
 use glam::{IVec3, UVec3};

@@ -1,7 +1,7 @@
 //! The bricks table: what is resident, what waits, and the memory of both.
 
 use super::{AxisCounts, BrickWindow, ExtentAllocator, Grid, LightBudget, LightQueue, Lit, Viewpoint, unpack};
-use crate::gpu::shared::{BrickCopy, BrickResult, LightBrick, LightChange, NONE, PAGE_WORDS};
+use crate::gpu::shared::{BrickCopy, BrickResult, LightBrick, LightCarry, LightChange, NONE, PAGE_WORDS};
 use glam::{DVec3, IVec3, UVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -29,6 +29,17 @@ struct Waiting {
     pages: Option<u32>,
 }
 
+/// What a brick that is freed leaves behind, until its pages are written again.
+#[derive(Clone, Copy, Debug, Default)]
+struct Left {
+    /// Its first word in `world_bricks`.
+    base: u32,
+    pages: u32,
+    /// Its lit faces, and how often they have been lit since the lights last changed.
+    faces: u32,
+    updates: u32,
+}
+
 /// What is counted once after a change.
 #[derive(Clone, Copy, Debug)]
 struct Census {
@@ -46,6 +57,17 @@ pub struct Finished {
     pub position: IVec3,
     /// From the GPU.
     pub result: BrickResult,
+}
+
+/// What the GPU is to do with bricks that have arrived.
+#[derive(Clone, Debug, Default)]
+pub struct Arrived {
+    /// Light to take over, before anything is copied.
+    pub carries: Vec<LightCarry>,
+    /// Where they go.
+    pub copies: Vec<BrickCopy>,
+    /// How many came where no light was.
+    pub new: u32,
 }
 
 /// All bricks of the world.
@@ -279,11 +301,11 @@ impl BrickTable {
         (brick.as_dvec3() + 0.5 - self.anchor).length_squared()
     }
 
-    /// Whether a brick, voxelised, is what is to be shown: it is in the window, fitted into the payload, and nothing has
-    /// changed meanwhile.
+    /// Whether a brick, voxelised, is to be shown: it is in the window and fitted into the payload. What has changed since
+    /// is shown, too: where something moves about, all else is older still.
     pub fn takes(&self, finished: &Finished) -> bool {
         let Finished { position, result } = finished;
-        self.covers(*position) && !self.dirty.contains(position) && result.offset != NONE
+        self.covers(*position) && result.offset != NONE
     }
 
     /// Whether a brick lies in the window.
@@ -448,16 +470,16 @@ impl BrickTable {
         self.changed();
     }
 
-    /// Takes in voxelised bricks: finds them a place (evicting farther ones when full) and returns what to copy.
-    pub fn finish(&mut self, finished: &[Finished]) -> Vec<BrickCopy> {
-        let mut copies = Vec::new();
+    /// Takes in voxelised bricks: finds them a place (evicting farther ones when full).
+    pub fn finish(&mut self, finished: &[Finished]) -> Arrived {
+        let (mut copies, mut carries, mut new) = (Vec::new(), Vec::new(), 0);
         let mut farthest = None;
         if !finished.is_empty() {
             self.changed();
         }
         // All give back first what they had: the holes of neighbours join.
-        let accepted: Vec<&Finished> = finished.iter().filter(|f| self.accept(f)).collect();
-        for Finished { position, result } in accepted {
+        let accepted: Vec<_> = finished.iter().filter_map(|f| Some((f, self.accept(f)?))).collect();
+        for (Finished { position, result }, old) in accepted {
             let pages = result.words.div_ceil(PAGE_WORDS);
             if pages == 0 {
                 self.grid.remove(*position);
@@ -472,7 +494,15 @@ impl BrickTable {
             };
             let (distance, target_word) = (self.distance(*position).sqrt(), page * PAGE_WORDS);
             let BrickResult { words, offset, faces, unreached, .. } = *result;
-            let turn = (faces > 0).then(|| self.lighting.enter(*position, target_word, faces, distance));
+            let Left { base, faces: before, updates, .. } = old;
+            new += u32::from(before == 0);
+            if before > 0 && faces > 0 {
+                carries.push(LightCarry { base, source: offset });
+            }
+            // With many more faces it is as good as new.
+            let updates = if faces * 4 <= before * 5 { updates } else { 0 };
+            let enter = || self.lighting.enter(*position, target_word, faces, distance, updates);
+            let turn = (faces > 0).then(enter);
             self.resident.insert(*position, Brick { page, pages, unreached, turn });
             self.filled.add(*position);
             self.unreached += unreached;
@@ -483,12 +513,12 @@ impl BrickTable {
         }
         // A brick may have lost its place to a nearer one of the same batch.
         copies.retain(|(p, c)| self.resident.get(p).is_some_and(|b| b.page * PAGE_WORDS == c.target_word));
-        copies.into_iter().map(|(_, copy)| copy).collect()
+        Arrived { carries, copies: copies.into_iter().map(|(_, copy)| copy).collect(), new }
     }
 
-    /// Takes a voxelised brick off the GPU's hands and frees what it had, which the grid still shows. Whether it is what is
-    /// to be shown.
-    fn accept(&mut self, finished: &Finished) -> bool {
+    /// Takes a voxelised brick off the GPU's hands and frees what it had, which the grid still shows. None: it is not what
+    /// is to be shown.
+    fn accept(&mut self, finished: &Finished) -> Option<Left> {
         let Finished { position, result } = finished;
         let taken = self.takes(finished);
         self.in_flight.remove(position);
@@ -496,37 +526,38 @@ impl BrickTable {
         // What it takes may be less than was thought.
         self.freed |= self.surveyed.remove(position);
         let pages = result.words.div_ceil(PAGE_WORDS);
-        if taken {
-            self.entered += u32::from(!self.resident.contains_key(position));
-            self.freed |= pages < self.vacate(*position);
-        } else if self.covers(*position) {
+        if self.covers(*position) && (dirty || !taken) {
             self.wait(*position, (!dirty).then_some(pages));
         }
-        taken
+        if !taken {
+            return None;
+        }
+        self.entered += u32::from(!self.resident.contains_key(position));
+        let left = self.vacate(*position);
+        self.freed |= pages < left.pages;
+        Some(left)
     }
 
     /// Frees a resident brick; the pages that it had.
     fn evict(&mut self, brick: IVec3) -> u32 {
-        let pages = self.vacate(brick);
+        let Left { pages, .. } = self.vacate(brick);
         if pages > 0 {
             self.grid.remove(brick);
         }
         pages
     }
 
-    /// Frees a resident brick, which the grid still shows; the pages that it had.
-    fn vacate(&mut self, brick: IVec3) -> u32 {
-        let Some(old) = self.resident.remove(&brick) else { return 0 };
+    /// Frees a resident brick, which the grid still shows.
+    fn vacate(&mut self, brick: IVec3) -> Left {
+        let Some(old) = self.resident.remove(&brick) else { return Left::default() };
         if old.pages > 0 {
             self.lighting.rouse();
             self.pages.free(old.page, old.pages);
             self.filled.remove(brick);
             self.unreached -= old.unreached;
         }
-        if let Some(turn) = old.turn {
-            self.lighting.leave(turn);
-        }
-        old.pages
+        let (faces, updates) = old.turn.map_or((0, 0), |turn| self.lighting.leave(turn));
+        Left { base: old.page * PAGE_WORDS, pages: old.pages, faces, updates }
     }
 
     /// The first of so many pages for a brick, which the grid then shows there; farther bricks give way. `farthest`:

@@ -71,9 +71,9 @@ impl Buffer {
         Ok(())
     }
 
-    /// Copies bytes to the start of an upload buffer.
+    /// Copies bytes to the start of a buffer that the host sees.
     pub fn write(&mut self, bytes: &[u8]) {
-        assert!(!self.mapped.is_null() && bytes.len() as u64 <= self.size, "an upload buffer, large enough");
+        assert!(!self.mapped.is_null() && bytes.len() as u64 <= self.size, "host memory, large enough");
         // SAFETY: mapped, coherent, and as large as just checked; the GPU has finished with this slot.
         unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), self.mapped, bytes.len()) };
     }

@@ -1,6 +1,6 @@
-//! Group "bricks": `brick_compact`, `grid_update`, `brick_commit`, `voxel_mark`, `voxelize`, `face_resolve`.
+//! Group "bricks": `brick_compact`, `light_carry`, `grid_update`, `brick_commit`, `voxel_mark`, `voxelize`, `face_resolve`.
 
-use crate::bricks::Batch;
+use crate::bricks::{Arrived, Batch};
 use crate::frame::{Command, Frame};
 use crate::gpu::shared::{
     BATCH_BRICKS, BrickCommitPush, BrickCompactPush, BrickCopy, FaceResolvePush, GridUpdatePush, VoxelMarkPush,
@@ -11,14 +11,20 @@ use crate::settings::HitModel;
 /// Workgroups that every device takes along an axis.
 const GROUPS_MAX: u32 = 65_535;
 
-/// Bricks move together (`moves`, in this order), finished ones move to their places, and then the grid shows them. Places
+/// Bricks move together (`moves`, in this order), finished ones take over the light of what they replace (`carries`) and
+/// move to their places, and then the grid shows them. Places
 /// may be other bricks' of the frame before: no pass of this frame may have looked for those.
-pub fn commit(frame: &mut Frame, moves: &[BrickCopy], copies: &[BrickCopy], grid_writes: &[[u32; 2]]) {
+pub fn commit(frame: &mut Frame, moves: &[BrickCopy], arrived: &Arrived, grid_writes: &[[u32; 2]]) {
     let passes = frame.commands.iter().filter(|c| matches!(c, Command::Dispatch { .. }));
     debug_assert_eq!(passes.count(), 0, "nothing reads the world before it is brought up to date");
     if !moves.is_empty() {
         frame.upload.push("brick_moves", moves);
         frame.dispatch("brick_compact", [1, 1, 1], BrickCompactPush { count: moves.len() as u32 });
+    }
+    let Arrived { carries, copies, .. } = arrived;
+    if !carries.is_empty() {
+        frame.upload.push("light_carries", carries);
+        frame.dispatch("light_carry", [carries.len() as u32, 1, 1], [0u32; 0]);
     }
     frame.upload.push("brick_copies", copies);
     frame.upload.push("grid_writes", grid_writes);

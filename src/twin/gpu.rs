@@ -47,6 +47,11 @@ impl Gpu {
         }
     }
 
+    /// Writes to the start of a readback buffer.
+    pub fn write<T: bytemuck::Pod>(&mut self, name: &str, values: &[T]) {
+        self.buffers.get_mut(name).expect("a buffer").write(bytemuck::cast_slice(values));
+    }
+
     /// What a readback buffer holds.
     pub fn read<T: bytemuck::Pod>(&self, name: &str, count: usize) -> Vec<T> {
         self.buffers[name].read(count)

@@ -147,7 +147,8 @@ pub(super) struct Live {
 
 impl Live {
     pub fn new(settings: Settings) -> Self {
-        let bricks = ["brick_compact", "brick_commit", "grid_update", "voxel_mark", "voxelize", "face_resolve"];
+        let bricks =
+            ["brick_compact", "light_carry", "brick_commit", "grid_update", "voxel_mark", "voxelize", "face_resolve"];
         let direct = ["light_direct", "light_direct_areas", "light_direct_many", "light_direct_many_areas"];
         let lighting = [direct.as_slice(), &["face_compact", "light_store"]].concat();
         let gpu = Gpu::new(&[bricks.as_slice(), &lighting].concat());

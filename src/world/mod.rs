@@ -25,6 +25,9 @@ use memory::{Fixed, Memory};
 use readback::Readback;
 use rustc_hash::FxHashMap;
 
+/// Bricks that arrive within some frames make a load, not something that moves about: so many, and a twentieth of the
+/// world.
+const LOADING_MIN: u32 = 16;
 /// Lighting sweeps a frame when the face budget allows: the more, the faster light travels.
 const SWEEPS_MAX: u32 = 4;
 
@@ -101,7 +104,7 @@ pub struct World {
     /// GPU milliseconds that a brick's voxelisation takes, 0 while nothing has been measured.
     brick_ms: f64,
     updates: u32,
-    /// Bricks that have arrived of late.
+    /// Bricks that have arrived of late where there were none.
     arriving: f64,
     /// How often a large part of the world has been loaded, or the host said so: what views saw before, with holes in the
     /// world, is of no use.
@@ -317,11 +320,11 @@ impl World {
         self.table.survey(self.short);
         let moves = self.table.compact();
         self.table.share_out();
-        let copies = self.table.finish(&finished);
+        let arrived = self.table.finish(&finished);
         finished.iter().filter(|f| !self.primitives.holds(f.position)).for_each(|f| self.table.forget(f.position));
         // What was lit in a world with holes must not linger.
-        self.arriving = 0.75 * self.arriving + copies.len() as f64;
-        if self.arriving * 20.0 > f64::from(self.table.resident()) {
+        self.arriving = 0.75 * self.arriving + f64::from(arrived.new);
+        if self.arriving > f64::from((self.table.resident() / 20).max(LOADING_MIN)) {
             self.lights_changed();
         }
         if !finished.is_empty() && self.table.has_loaded() {
@@ -330,7 +333,7 @@ impl World {
             self.forget_light();
         }
         let grid_writes = self.table.grid.take_writes();
-        passes::bricks::commit(&mut scope.frame, &moves, &copies, &grid_writes);
+        passes::bricks::commit(&mut scope.frame, &moves, &arrived, &grid_writes);
         Ok(())
     }
 
@@ -403,15 +406,7 @@ impl World {
         if !bricks.is_empty() {
             let place = |l| lights::gpu_light(l, &self.grid, low_corner);
             let lights: Vec<GpuLight> = scene.lights.iter().map(place).collect();
-            passes::light::light(
-                &mut scope.frame,
-                bricks,
-                faces,
-                sweeps,
-                self.updates,
-                &lights,
-                settings,
-            );
+            passes::light::light(&mut scope.frame, bricks, faces, sweeps, self.updates, &lights, settings);
             self.updates = self.updates.wrapping_add(sweeps);
         }
         let asked = settings.direct_lights.min(scene.lights.len() as u32);

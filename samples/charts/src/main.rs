@@ -1,7 +1,9 @@
-//! Charts what the world costs: CPU time against instances, and work on bricks against bricks that change.
+//! Charts what the world costs: CPU time against instances, work on bricks against bricks that change, and direct light
+//! against lights.
 
 mod chart;
 mod field;
+mod hall;
 mod measure;
 
 use anyhow::{Context as _, Result};
@@ -23,6 +25,9 @@ struct Args {
     /// Most bricks that change in a frame, 1 to 4096
     #[arg(long, default_value_t = 4096)]
     bricks: usize,
+    /// Only these tables: instances, bricks, lights
+    #[arg(long, value_delimiter = ',', default_values = ["instances", "bricks", "lights"])]
+    only: Vec<String>,
 }
 
 fn main() -> ExitCode {
@@ -41,10 +46,21 @@ fn run(args: &Args) -> Result<()> {
         let path = args.out.join(name);
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
     };
-    let instances = measure::instances(args.instances)?;
-    write("instances.csv", &instances.csv())?;
-    write("instances.svg", &chart::draw(&instances)?)?;
-    let bricks = measure::bricks(args.bricks)?;
-    write("bricks.csv", &bricks.csv())?;
-    write("bricks.svg", &chart::draw(&bricks)?)
+    let both = |name: &str, table: &measure::Table| {
+        write(&format!("{name}.csv"), &table.csv())?;
+        write(&format!("{name}.svg"), &chart::draw(table)?)
+    };
+    let is_wanted = |name: &str| args.only.iter().any(|only| only == name);
+    if is_wanted("instances") {
+        both("instances", &measure::instances(args.instances)?)?;
+    }
+    if is_wanted("bricks") {
+        both("bricks", &measure::bricks(args.bricks)?)?;
+    }
+    if is_wanted("lights") {
+        let [cost, error] = hall::lights()?;
+        both("lights_cost", &cost)?;
+        both("lights_error", &error)?;
+    }
+    Ok(())
 }

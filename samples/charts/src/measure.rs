@@ -3,6 +3,7 @@
 use crate::field::{Cost, Field};
 use anyhow::Result;
 use brickgi::Settings;
+use brickgi_host::Host;
 use std::time::Duration;
 
 /// Frames that a median is taken over.
@@ -88,6 +89,16 @@ pub fn bricks(most: usize) -> Result<Table> {
         changed *= 4;
     }
     Ok(table)
+}
+
+/// Frames until the world is loaded.
+pub fn settle(host: &mut Host) -> Result<()> {
+    let mut quiet = 0;
+    while quiet < 8 {
+        host.frame()?;
+        quiet = if host.stats().bricks_missing == host.stats().bricks_left_out { quiet + 1 } else { 0 };
+    }
+    Ok(())
 }
 
 fn milliseconds(time: Duration) -> f64 {

@@ -160,11 +160,6 @@ impl History {
         }
     }
 
-    /// Whether a result is what the scene holds, and complete.
-    fn is_current(&self, finished: &Finished) -> bool {
-        !self.table.dirty.contains(&finished.position) && finished.result.offset != NONE
-    }
-
     /// As `World::commit`.
     fn commit(&mut self) {
         let arrived = self.flights.pop_front().expect("a flight");
@@ -178,16 +173,16 @@ impl History {
         let demand = self.table.demand(&finished);
         assert!(demand < 1 << 24, "{demand} pages asked for");
         self.table.share_out();
-        let current: Vec<bool> = finished.iter().map(|f| self.is_current(f)).collect();
+        let takes: Vec<bool> = finished.iter().map(|f| self.table.takes(f)).collect();
         let bricks = self.table.resident() + finished.len() as u32;
         let has_entries = self.table.grid.entries_for(bricks) <= self.table.grid.capacity();
         let fits = has_entries && self.table.fits(&finished);
         let stays: Vec<IVec3> = self.table.resident.keys().copied().collect();
-        let copies = self.table.finish(&finished);
+        let Arrived { copies, .. } = self.table.finish(&finished);
         if fits {
             self.fitted += u32::from(!finished.is_empty());
             assert!(stays.iter().all(|b| self.table.holds(*b)), "none gives way to what fits");
-            let taken = finished.iter().zip(&current).filter(|(_, current)| **current);
+            let taken = finished.iter().zip(&takes).filter(|(_, takes)| **takes);
             taken.for_each(|(f, _)| assert!(self.table.holds(f.position), "what fits is taken in"));
         }
         let mut written: HashSet<u32> = HashSet::new();
@@ -200,8 +195,8 @@ impl History {
                 self.world_bricks[at as usize] = Some((position, version, page));
             }
         }
-        for ((Finished { position, .. }, version), current) in arrived.into_iter().zip(current) {
-            if current {
+        for ((Finished { position, .. }, version), takes) in arrived.into_iter().zip(takes) {
+            if takes {
                 self.versions.insert(position, version);
             }
             if self.version(position) == 0 {

@@ -214,7 +214,7 @@ fn what_comes_back_before_its_result_is_voxelised_anew() {
     table.start(brick);
     assert!(table.follow(DVec3::X * 10_000.0, None) && table.follow(DVec3::ZERO, None));
     arrive(&mut table, &[brick]);
-    assert_eq!((table.resident(), table.next(10, &Viewpoint::all_round(DVec3::ZERO))), (0, vec![(brick, None)]));
+    assert_eq!((table.resident(), table.next(10, &Viewpoint::all_round(DVec3::ZERO))), (1, vec![(brick, None)]));
 }
 
 /// Also one that loses its place meanwhile.
@@ -302,4 +302,29 @@ fn what_does_not_fit_is_surveyed_once() {
     assert!(tries + more < bricks.len() * 3 / 2, "{tries} and {more} tries for {} bricks", bricks.len());
     assert_nearest(&table);
     assert_eq!(settle(&mut table, DVec3::ZERO), 0, "nothing has changed");
+}
+
+/// What changes in every frame is shown as it was when it was last handed to the GPU, not as it was before it moved.
+#[test]
+fn what_never_rests_is_redone_all_the_same() {
+    let (mut table, _) = table(20_000);
+    settle(&mut table, DVec3::ZERO);
+    let brick = IVec3::new(1, 0, 1);
+    let (mut flights, mut arrived) = (std::collections::VecDeque::from(vec![Vec::new(); 2]), Vec::new());
+    for frame in 0..100 {
+        table.tick();
+        table.touch(&[brick]);
+        let finished: Vec<IVec3> = flights.pop_front().expect("two are in flight");
+        let result = |pages: u32| BrickResult { words: pages * PAGE_WORDS, faces: 1, ..BrickResult::default() };
+        let pages = 1 + frame % 7;
+        let finished: Vec<_> = finished.iter().map(|b| Finished { position: *b, result: result(pages) }).collect();
+        let Arrived { carries, copies, new } = table.finish(&finished);
+        assert_eq!((carries.len(), new), (copies.len(), 0), "its light is carried over");
+        arrived.extend(copies.iter().map(|_| frame));
+        let next = table.next(50, &Viewpoint::all_round(DVec3::ZERO));
+        next.iter().for_each(|(b, _)| table.start(*b));
+        flights.push_back(next.into_iter().map(|(b, _)| b).collect());
+    }
+    let gaps = arrived.windows(2).map(|w| w[1] - w[0]).max();
+    assert!(arrived.len() > 30 && gaps <= Some(3), "{arrived:?}");
 }

@@ -1,5 +1,6 @@
 //! Bricks that move together on the GPU lie as a copy on the CPU would have them.
 
+use crate::bricks::Arrived;
 use crate::frame::Frame;
 use crate::gpu::Location;
 use crate::gpu::shared::{BrickCopy, PAGE_WORDS};
@@ -28,10 +29,11 @@ fn runs_move_onto_their_own_places() {
         let mut frame = Frame::default();
         frame.upload.push("brick_source", &expected);
         let all = BrickCopy { source: 0, target_word: 0, words: words as u32, unused: 0 };
-        passes::bricks::commit(&mut frame, &[], &[all], &[]);
+        let arrived = Arrived { copies: vec![all], ..Arrived::default() };
+        passes::bricks::commit(&mut frame, &[], &arrived, &[]);
         gpu.run(&frame);
         let mut frame = Frame::default();
-        passes::bricks::commit(&mut frame, &runs, &[], &[]);
+        passes::bricks::commit(&mut frame, &runs, &Arrived::default(), &[]);
         gpu.run(&frame);
         for run in &runs {
             let [from, to, count] = [run.source, run.target_word, run.words].map(|word| word as usize);

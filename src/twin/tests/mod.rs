@@ -1,5 +1,6 @@
 //! The claims.
 
+mod carry;
 mod compact;
 mod hit_cost;
 mod limits;

@@ -8,8 +8,8 @@ use crate::twin::gpu::Gpu;
 use crate::world::{FrameScope, World};
 use glam::{DMat4, DVec3};
 
-const BRICK_PASSES: [&str; 6] =
-    ["brick_compact", "brick_commit", "grid_update", "voxel_mark", "voxelize", "face_resolve"];
+const BRICK_PASSES: [&str; 7] =
+    ["brick_compact", "light_carry", "brick_commit", "grid_update", "voxel_mark", "voxelize", "face_resolve"];
 const LIGHT_PASSES: [&str; 4] = ["face_compact", "light_direct", "light_bounce", "light_store"];
 
 /// The passes and the copies that a frame records.

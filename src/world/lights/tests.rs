@@ -242,9 +242,11 @@ fn many_lights(count: u32) -> Vec<Light> {
             2 => Light::Sphere { position, radius: 0.1 * range, radiance: strength },
             3 => {
                 let u = direction.any_orthonormal_vector();
-                rectangle(position.into(), u * 0.2, direction.cross(u) * 0.4, index % 2 == 0)
+                rectangle(position.into(), u * 0.2, direction.cross(u) * 0.4, index.is_multiple_of(2))
             }
-            _ => Light::Directional { direction: [direction.x as f32, -1.0, direction.z as f32], irradiance: [0.03; 3] },
+            _ => {
+                Light::Directional { direction: [direction.x as f32, -1.0, direction.z as f32], irradiance: [0.03; 3] }
+            }
         }
     };
     (0..count).map(&mut light).collect()
@@ -257,8 +259,7 @@ fn some_of_many_lights_stand_for_all_of_them() {
     for (count, most) in [(40, 0.06), (300, 0.03)] {
         let lights = many_lights(count);
         let [all, some] = [(4096, 3), (4, MOMENTS)].map(|(direct_lights, moments)| {
-            let settings =
-                Settings { grid_offset: SHIFTED, direct_samples: 1, direct_lights, ..Settings::default() };
+            let settings = Settings { grid_offset: SHIFTED, direct_samples: 1, direct_lights, ..Settings::default() };
             let quads = [quad([-HALF, -HALF, HALF, HALF], FLOOR), quad([-1.2, -1.7, 1.3, 0.6], 0.8)];
             let mut live = live(settings, &quads);
             let found = lit_floor(&mut live, &lights, moments);
@@ -272,4 +273,38 @@ fn some_of_many_lights_stand_for_all_of_them() {
         println!("{count} lights: flux {:+.3} %, faces {:.2} %", 100.0 * flux, 100.0 * error);
         assert!(flux.abs() < 0.005 && error < most, "flux {flux:+.4}, faces {error:.4}");
     }
+}
+
+/// Something moves under the floor, frame by frame: the floor's faces above it keep their averages. (As if new, they are
+/// 73 % apart from frame to frame.)
+#[test]
+fn where_something_moves_what_stays_keeps_its_light() {
+    // In the half shadow of the screen.
+    let quads = [quad([-HALF, -HALF, HALF, HALF], FLOOR), quad([-1.2, -1.7, 1.3, 0.6], 0.8)];
+    let settings = Settings { grid_offset: SHIFTED, direct_samples: 1, ..Settings::default() };
+    let mut live = live(settings, &quads);
+    let light = Light::Sphere { position: [0.1, 2.0, -0.3], radius: 0.9, radiance: [1.0; 3] };
+    lit_floor(&mut live, &[light], 6);
+    let level = live.world.grid.to_voxels(DVec3::Y * f64::from(FLOOR)).y.floor() as i32;
+    let linear = [[0.1, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.1]];
+    let at = DVec3::new(0.8, -1.0, 0.8);
+    let brick = live.world.grid.to_voxels(at).floor().as_ivec3() >> 3i32;
+    let mut seen: BTreeMap<[i32; 3], Vec<f64>> = BTreeMap::new();
+    for frame in 0..64 {
+        let translation = (at + DVec3::X * 0.1 * f64::from(frame % 2)).to_array();
+        let instances = &[InstanceDesc { id: 1, mesh: 0, material: 0, linear, translation }];
+        update(&mut live.world, &mut live.scene, &MeshUpdate { instances, ..MeshUpdate::default() });
+        live.frame();
+        for (cell, _, radiance) in live.radiance().iter().filter(|(cell, side, _)| *side == UP && cell.y == level) {
+            seen.entry(cell.to_array()).or_default().push(f64::from(radiance.y));
+        }
+    }
+    let above =
+        seen.iter().filter(|(cell, _)| IVec3::from(**cell) >> 3i32 == brick).map(|(_, radiance)| &radiance[16..]);
+    let steps = |v: &[f64]| v.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>() / (v.len() - 1) as f64;
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let (count, square, sum) = above.fold((0.0, 0.0, 0.0), |(n, s, m), v| (n + 1.0, s + steps(v), m + mean(v)));
+    let moved = f64::sqrt(square / count) / (sum / count);
+    println!("{count} faces, {:.2} % apart from frame to frame", 100.0 * moved);
+    assert!(moved > 0.0 && moved < 0.3, "{moved:.3}");
 }

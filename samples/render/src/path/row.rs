@@ -58,7 +58,7 @@ impl Row {
         for pass in &stats.passes {
             let group = match pass.name {
                 "voxel_mark" | "voxelize" | "face_resolve" => &mut self.voxelize_ms,
-                "brick_compact" | "brick_commit" | "grid_update" => &mut self.commit_ms,
+                "brick_compact" | "light_carry" | "brick_commit" | "grid_update" => &mut self.commit_ms,
                 name if name.starts_with("face_") || name.starts_with("light_") => &mut self.lighting_ms,
                 name if name.starts_with("probe_") || name.starts_with("resolve") => &mut self.gather_ms,
                 _ => continue,

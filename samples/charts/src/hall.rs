@@ -1,0 +1,135 @@
+//! A hall of pillars under many lamps: what direct light costs against their number, and how far off it is.
+
+use crate::measure::{Table, settle};
+use anyhow::Result;
+use brickgi::Settings;
+use brickgi_host::scene::{Instance, Light, Material, Mesh, Sky};
+use brickgi_host::{Host, HostOptions, Image, Scene, SceneCamera, image::luminance};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Width and depth of the hall, and its height, metres.
+const EDGE: f64 = 24.0;
+const HEIGHT: f64 = 4.0;
+/// Lamps that reach a place in the mean, unless there are fewer.
+const OVERLAP: f64 = 16.0;
+/// Frames after which images are compared.
+const FRAMES: u32 = 64;
+
+/// Nanoseconds of GPU time that a face's direct light takes in an update, and NRMSE of E_ind in percent, both against 1 to
+/// 4 096 lamps: with 4 of them asked in each sample, with 16, and, cost alone, with all.
+pub fn lights() -> Result<[Table; 2]> {
+    let columns = |asked: &[&'static str]| [&["lights"], asked].concat();
+    let title = "Direct light of a face, ns, against lights";
+    let mut cost = Table { title, columns: columns(&["ask_4", "ask_16", "ask_all"]), rows: Vec::new() };
+    let title = "Error of E_ind, % of its mean, against lights";
+    let mut error = Table { title, columns: columns(&["ask_4", "ask_16"]), rows: Vec::new() };
+    for count in [1, 16, 256, 4096] {
+        let scene = Arc::new(hall(count));
+        let base = Settings {
+            voxel_size: 0.25,
+            light_faces_per_frame: 16_384,
+            coverage_groups: [4, 2, 4],
+            ..Settings::default()
+        };
+        // Of so many lamps that a world of faces that ask all is out of reach, the truth asks 64.
+        let asked = count.min(64);
+        let truth = Settings { direct_lights: asked, direct_samples: 4, bounce_rays: 8, ..base.clone() };
+        let truth = image(&mut open(&scene, truth)?, 4 * FRAMES)?;
+        let asking = |direct_lights| Settings { direct_lights, ..base.clone() };
+        let (mut costs, mut errors) = (vec![f64::from(count)], vec![f64::from(count)]);
+        for asked in [4, 16, count] {
+            costs.push(nanoseconds(&scene, asking(asked))?);
+        }
+        for asked in [4, 16] {
+            errors.push(nrmse(&image(&mut open(&scene, asking(asked))?, FRAMES)?, &truth));
+        }
+        println!("{count} lights: ns {costs:.1?}, error % {errors:.3?}");
+        cost.rows.push(costs);
+        error.rows.push(errors);
+    }
+    Ok([cost, error])
+}
+
+fn open(scene: &Arc<Scene>, settings: Settings) -> Result<Host> {
+    let mut host = Host::new(HostOptions { settings, ..HostOptions::new(scene.clone()) })?;
+    settle(&mut host)?;
+    Ok(host)
+}
+
+fn image(host: &mut Host, frames: u32) -> Result<Image> {
+    (0..frames).try_for_each(|_| host.frame())?;
+    Ok(host.read_indirect()?)
+}
+
+/// Of 16 frames, the cheapest: what all of them have to do is the same.
+fn nanoseconds(scene: &Arc<Scene>, settings: Settings) -> Result<f64> {
+    // Few faces, lit once a frame.
+    let faces = (4096 / settings.direct_lights).clamp(64, 1024);
+    let settings = Settings { light_faces_per_frame: faces, bounce_rays: 1, ..settings };
+    let mut host = open(scene, settings)?;
+    let mut least = f64::INFINITY;
+    for _ in 0..16 {
+        host.frame()?;
+        let ms =
+            |name: &str| host.stats().passes.iter().filter(|p| p.name.starts_with(name)).map(|p| p.ms).sum::<f64>();
+        let direct = ms("light_direct");
+        if direct > 0.0 {
+            least = least.min(direct);
+        }
+    }
+    Ok(least * 1e6 / f64::from(faces))
+}
+
+/// Root of the mean squared difference in luminance over the mean, percent.
+fn nrmse(found: &Image, truth: &Image) -> f64 {
+    let pairs = || found.pixels.iter().zip(&truth.pixels).map(|(a, b)| (luminance(*a), luminance(*b)));
+    let square: f64 = pairs().map(|(a, b)| (a - b).powi(2)).sum();
+    let mean = pairs().map(|(_, b)| b).sum::<f64>() / truth.pixels.len() as f64;
+    100.0 * (square / truth.pixels.len() as f64).sqrt() / mean
+}
+
+/// The hall with its lamps, which reach as far as makes [`OVERLAP`] of them overlap, and shine the brighter.
+fn hall(lamps: u32) -> Scene {
+    let slab = |low: [f64; 3], high: [f64; 3]| Mesh::cuboid(low.map(|v| v as f32), high.map(|v| v as f32));
+    let (half, top) = (EDGE / 2.0, HEIGHT);
+    let mut meshes = vec![
+        slab([-half, -0.5, -half], [half, 0.0, half]),
+        slab([-half, top, -half], [half, top + 0.5, half]),
+        slab([-half - 0.5, 0.0, -half], [-half, top, half]),
+        slab([half, 0.0, -half], [half + 0.5, top, half]),
+        slab([-half, 0.0, -half - 0.5], [half, top, -half]),
+        slab([-half, 0.0, half], [half, top, half + 0.5]),
+    ];
+    let pillars = (0..16).map(|i| [f64::from(i % 4), f64::from(i / 4)].map(|v| 6.0 * v - 9.0));
+    meshes.extend(pillars.map(|[x, z]| slab([x - 0.4, 0.0, z - 0.4], [x + 0.4, top, z + 0.4])));
+    let volume = EDGE * EDGE * HEIGHT;
+    let range = (OVERLAP * volume * 3.0 / (4.0 * PI * f64::from(lamps))).cbrt().min(EDGE);
+    let light = |index: u32| {
+        // The plastic number's sequence in three dimensions (Roberts 2018).
+        let place = |step: f64| (0.5 + f64::from(index) * step).fract();
+        let [x, y, z] = [0.819_172_5, 0.671_043_6, 0.549_700_5].map(place);
+        let position = [(x - 0.5) * (EDGE - 0.6), 0.3 + y * (HEIGHT - 0.6), (z - 0.5) * (EDGE - 0.6)];
+        let strength = (range * range * (0.1 + 2.0 * place(0.347_296_4).powi(4))) as f32;
+        Light::Point { position, intensity: [strength, 0.9 * strength, 0.7 * strength], range: range as f32 }
+    };
+    Scene {
+        name: "hall".into(),
+        instances: (0..meshes.len()).map(|mesh| Instance::at(mesh, 0, [0.0; 3])).collect(),
+        meshes,
+        materials: vec![Material { base_color: [0.6; 3], emission: [0.0; 3], texture: None }],
+        lights: (0..lamps).map(light).collect(),
+        sky: Sky::Constant { radiance: [0.0; 3] },
+        cameras: vec![SceneCamera {
+            name: "end".into(),
+            position: [-half + 1.0, 1.7, -half + 1.5],
+            target: [2.0, 1.2, 3.0],
+            up: [0.0, 1.0, 0.0],
+            vfov_deg: 65.0,
+            near: 0.1,
+            width: 160,
+            height: 90,
+        }],
+        ..Scene::default()
+    }
+}
