@@ -24,17 +24,21 @@ pub fn quad([x0, z0, x1, z1]: [f32; 4], y: f32) -> [[f32; 3]; 4] {
 
 /// A world of level quads, loaded.
 pub fn live(settings: Settings, quads: &[[[f32; 3]; 4]]) -> Live {
+    let indices: Vec<u32> = (0..quads.len() as u32).flat_map(|q| [0, 2, 1, 0, 3, 2].map(|i| 4 * q + i)).collect();
+    live_mesh(settings, &quads.concat(), &indices)
+}
+
+/// The same of one mesh.
+pub fn live_mesh(settings: Settings, positions: &[[f32; 3]], indices: &[u32]) -> Live {
     let settings = Settings { bounce_rays: 0, coverage_groups: [4, 2, 4], ..settings };
     let mut live = Live::new(settings);
-    let positions = quads.concat();
-    let indices: Vec<u32> = (0..quads.len() as u32).flat_map(|q| [0, 2, 1, 0, 3, 2].map(|i| 4 * q + i)).collect();
     let linear = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     update(
         &mut live.world,
         &mut live.scene,
         &MeshUpdate {
             materials: &[MaterialDesc { id: 0, base_color: [ALBEDO; 3], ..MaterialDesc::default() }],
-            meshes: &[MeshDesc { id: 0, positions: &positions, uvs: &[], indices: &indices }],
+            meshes: &[MeshDesc { id: 0, positions, uvs: &[], indices }],
             instances: &[InstanceDesc { id: 0, mesh: 0, material: 0, linear, translation: [0.0; 3] }],
             ..MeshUpdate::default()
         },

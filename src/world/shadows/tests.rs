@@ -5,12 +5,13 @@ use crate::bricks::WorldGrid;
 use crate::gpu::shared::Light as GpuLight;
 use crate::scene::{Camera, Light, ShadowLayer, ShadowMap, check_shadow_maps};
 use crate::settings::Settings;
-use crate::world::floor::{FLOOR, MOMENTS, cosine_over_square, lit_floor, live, quad};
+use crate::world::floor::{FLOOR, MOMENTS, SHIFTED, cosine_over_square, lit_floor, live, live_mesh, quad};
 use crate::world::histories::Live;
 use ash::vk;
 use ash::vk::Handle;
-use glam::{DMat3, DVec3, DVec4, IVec3};
+use glam::{DMat3, DVec2, DVec3, DVec4, IVec3};
 use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
 
 const EDGE: u32 = 64;
 /// Grazing, so that half a texel makes a difference of depth.
@@ -173,6 +174,50 @@ fn a_cube_shadows_half_the_floor_of_a_point() {
         };
         assert_half(&faces, over_face, 0.03);
     }
+}
+
+/// A ball's own map, so fine that texels are no matter: faces lie on mean planes, half of each behind the ball. (If they were
+/// not moved off for that, the ball would take 23 % of its light; moved by .02 voxel .7 %, by .05 and more none.)
+#[test]
+fn a_ball_hardly_shadows_itself() {
+    const BALL_EDGE: u32 = 512;
+    let [columns, rows] = [64, 32];
+    let place = |i: u32| {
+        let [around, down] =
+            [(i % columns, columns), (i / columns, columns)].map(|(k, n)| f64::from(k) / f64::from(n) * TAU);
+        DVec3::new(down.sin() * around.cos(), down.cos(), down.sin() * around.sin()).as_vec3().to_array()
+    };
+    let positions: Vec<_> = (0..columns * (rows + 1)).map(place).collect();
+    let quad = |i: u32| {
+        let [left, right] = [i, i / columns * columns + (i + 1) % columns];
+        [left, right, left + columns, right, right + columns, left + columns]
+    };
+    let indices: Vec<u32> = (0..columns * rows).flat_map(quad).collect();
+    let settings = Settings { voxel_size: 0.25, grid_offset: SHIFTED, direct_samples: 4, ..Settings::default() };
+    let mut live = live_mesh(settings, &positions, &indices);
+    let direction = DVec3::new(0.0, -1.0, 0.5);
+    let camera = sun_camera(direction, 1.2);
+    // The facets' middles lie as far inside.
+    let radius = (PI / f64::from(columns)).cos();
+    let depth = |i: u32| {
+        let at = |k: u32| 1.2 * ((f64::from(k) + 0.5) / f64::from(BALL_EDGE) * 2.0 - 1.0);
+        let aside = DVec2::new(at(i % BALL_EDGE), at(i / BALL_EDGE)).length();
+        if aside < radius { ((10.0 - (radius * radius - aside * aside).sqrt()) / 20.0) as f32 } else { 1.0 }
+    };
+    let depths: Vec<f32> = (0..BALL_EDGE * BALL_EDGE).map(depth).collect();
+    let sun = Light::Directional { direction: direction.as_vec3().to_array(), irradiance: [5.0; 3] };
+    let view = live.gpu.image([BALL_EDGE; 2], &[depths]);
+    live.scene.lights = vec![sun];
+    let own = ShadowMap { size: [BALL_EDGE; 2], ..map(view, vec![layer(0, camera)]) };
+    let [rays, own] = [vec![], vec![own]].map(|maps| {
+        live.scene.shadow_maps = maps;
+        live.world.lights_changed();
+        (0..64).for_each(|_| live.frame());
+        live.radiance().iter().map(|(_, _, radiance)| f64::from(radiance.y)).sum::<f64>()
+    });
+    let lost = 1.0 - own / rays;
+    println!("the ball takes {:+.2} % of the light that it has with rays", 100.0 * lost);
+    assert!(own > 0.0 && lost.abs() < 0.005, "{own}, with rays {rays}");
 }
 
 /// Places far from the world's origin come to the texels that they would come to near it.
