@@ -12,11 +12,20 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Pipelines made from another pass's source by replacing text: (pass, new name, from, to).
-const PERMUTATIONS: &[(&str, &str, &str, &str)] = &[
-    ("resolve", "resolve_float32", "rgba16float", "rgba32float"),
-    ("light_direct", "light_direct_areas", "const AREAS: bool = false;", "const AREAS: bool = true;"),
-    ("light_direct_many", "light_direct_many_areas", "const AREAS: bool = false;", "const AREAS: bool = true;"),
+/// Text of a shader, and what replaces it.
+type Change = (&'static str, &'static str);
+/// There are lights with an extent.
+const AREAS: Change = ("const AREAS: bool = false;", "const AREAS: bool = true;");
+/// The host has shadow maps.
+const MAPS: Change = ("let said = MAP_SILENT;", "let said = ask_map(light, p, normal);");
+
+/// Pipelines made from another pass's source: (pass, new name, changes).
+const PERMUTATIONS: &[(&str, &str, &[Change])] = &[
+    ("resolve", "resolve_float32", &[("rgba16float", "rgba32float")]),
+    ("light_direct", "light_direct_areas", &[AREAS]),
+    ("light_direct", "light_direct_maps", &[AREAS, MAPS]),
+    ("light_direct_many", "light_direct_many_areas", &[AREAS]),
+    ("light_direct_many", "light_direct_many_maps", &[AREAS, MAPS]),
 ];
 
 fn main() {
@@ -48,8 +57,12 @@ fn write_table(name: &str, folder: &Path, root: &Path, out: &Path, types: &mut r
         let pass = path.file_stem().expect("a file").to_str().expect("ascii").to_owned();
         let text = source::load(root, path);
         compile(&pass, &text, path, out, &mut table, types);
-        for (_, permuted, from, to) in PERMUTATIONS.iter().filter(|p| p.0 == pass) {
-            compile(permuted, &text.replace(from, to), path, out, &mut table, types);
+        for (_, permuted, changes) in PERMUTATIONS.iter().filter(|p| p.0 == pass) {
+            let text = changes.iter().fold(text.clone(), |text, (from, to)| {
+                assert!(text.contains(from), "{pass} has no `{from}`");
+                text.replace(from, to)
+            });
+            compile(permuted, &text, path, out, &mut table, types);
         }
     }
     table.push_str("];\n");

@@ -9,7 +9,8 @@ buffer and a G-buffer; the library records compute work into it and the host get
                bgiCreateContext          the world, on one VkDevice
                bgiCreateView             a camera's probes and history
   on a change  bgiUpdateMeshes, bgiSetLights, bgiSetSkyImage
-  each frame   bgiSetCamera, then bgiDispatch between the host's G-buffer and its lighting pass
+  each frame   bgiSetShadowMaps where the host has some
+               bgiSetCamera, then bgiDispatch between the host's G-buffer and its lighting pass
   at the end   bgiDestroyContext         once the GPU has finished
 
 Units: metres, right-handed or left-handed as the host's data is; Y is up by the default coverage. Colours are linear
@@ -44,6 +45,12 @@ Vulkan handles are valid. */
 
 /// Largest edge of an image or texture in pixels.
 #define BGI_MAX_EXTENT 16384
+
+/// Most layers of all shadow maps.
+#define BGI_MAX_SHADOW_LAYERS 64
+
+/// Most different views of shadow maps.
+#define BGI_MAX_SHADOW_VIEWS 4
 
 /// Bytes of a name in BgiPassTime and BgiResourceSize, its terminating zero included.
 #define BGI_NAME_SIZE 64
@@ -475,6 +482,75 @@ typedef struct BgiLighting {
     const struct BgiSky *sky;
 } BgiLighting;
 
+/// A part of a shadow map: a cascade, a face of a cube, or all of it. A point p of the world is at
+/// projection * (viewRotation * (p - position)) in clip space, as with a BgiCamera. Who has only a matrix from world to
+/// clip space gives it as `projection`, `position` zero and `viewRotation` the identity, and loses digits far away.
+typedef struct BgiShadowLayer {
+    /// BGI_STRUCTURE_TYPE_SHADOW_LAYER
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// Array layer of the view; it exists.
+    uint32_t layer;
+    /// Its part of that layer, which the viewport was: left edge in texels.
+    uint32_t x;
+    /// Top edge in texels.
+    uint32_t y;
+    /// Width in texels. x, y, width and height all 0: the whole layer.
+    uint32_t width;
+    /// Height in texels.
+    uint32_t height;
+    /// World position in metres that it was drawn from.
+    double position[3];
+    /// Columns of the rotation from world to view space: viewRotation[column][row].
+    float viewRotation[3][3];
+    /// Columns of the projection from view space to Vulkan's clip space (y down in the image, depth 0 to 1):
+    /// projection[column][row].
+    float projection[4][4];
+} BgiShadowLayer;
+
+/// A shadow map of the host's, of one light: single, in cascades, or a cube.
+///
+/// A point of a voxel's face is lit by the first layer that covers it: 0 <= z <= w and -w <= x, y <= w in clip space. One
+/// texel is read there, without filtering; the point is lit where its depth z / w is at most the texel's plus depthBias
+/// (reversed: at least the texel's minus depthBias). Points move over their faces with time, which filters the shadow's
+/// edge. What no layer covers gets its shadow by a ray through the bricks.
+///
+/// Before, the point is moved along its face's normal: by as much as the surface rises within half a texel, which follows
+/// from the layer; by 0.05 voxel, for faces lie on mean planes; and by normalOffset. A map that was drawn without any bias
+/// needs none here either. The map says alone who stands in the light: casters that are not among the meshes shadow, what
+/// the map leaves out does not.
+typedef struct BgiShadowMap {
+    /// BGI_STRUCTURE_TYPE_SHADOW_MAP
+    BgiStructureType sType;
+    /// NULL
+    const void *pNext;
+    /// Its light's index in what bgiSetLights was last given: directional, point or spot. One map a light. A map whose
+    /// light is no longer there, or has an extent now, is passed over.
+    uint32_t light;
+    /// Width of the view's first level in texels, 1 to BGI_MAX_EXTENT.
+    uint32_t width;
+    /// Height of the view's first level in texels, 1 to BGI_MAX_EXTENT.
+    uint32_t height;
+    /// Elements of `layers`, 1 to 6; of all maps at most BGI_MAX_SHADOW_LAYERS.
+    uint32_t layerCount;
+    /// VK_IMAGE_VIEW_TYPE_2D_ARRAY, of a cube map, too; depth aspect of a depth format, or VK_FORMAT_R32_SFLOAT;
+    /// single-sampled. Usage VK_IMAGE_USAGE_SAMPLED_BIT. At each bgiDispatch in layout
+    /// VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, visible to VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with
+    /// VK_ACCESS_SHADER_READ_BIT. Maps may share a view; at most BGI_MAX_SHADOW_VIEWS different ones.
+    VkImageView view;
+    /// layerCount layers, cascades finest first. Copied.
+    const struct BgiShadowLayer *layers;
+    /// 0 or 1. 1: larger is nearer (reverse depth).
+    uint32_t reversed;
+    /// 0: texels hold depth. Above, of points and spots: they hold the distance from the light in metres over `range`.
+    float range;
+    /// See above; in units of the texels, finite.
+    float depthBias;
+    /// See above; metres, 0 or more.
+    float normalOffset;
+} BgiShadowMap;
+
 /// What bgiCreateView needs.
 typedef struct BgiViewCreateInfo {
     /// BGI_STRUCTURE_TYPE_VIEW_CREATE_INFO
@@ -576,7 +652,7 @@ typedef struct BgiStats {
     uint64_t worldBytes;
     /// Out: device memory of all views in bytes.
     uint64_t viewBytes;
-    /// Out: rays traced in the frame.
+    /// Out: rays traced in the frame; those to lights as if there were no shadow maps.
     uint64_t rays;
     /// Out: bgiDispatch calls so far.
     uint64_t frames;
@@ -708,6 +784,12 @@ typedef struct BgiStats {
 
 /// BgiSkyImage
 #define BGI_STRUCTURE_TYPE_SKY_IMAGE 17
+
+/// BgiShadowMap
+#define BGI_STRUCTURE_TYPE_SHADOW_MAP 18
+
+/// BgiShadowLayer
+#define BGI_STRUCTURE_TYPE_SHADOW_LAYER 19
 
 /// A call failed; the line is what bgiGetLastError says.
 #define BGI_LOG_ERROR 1
@@ -851,6 +933,22 @@ BgiResult bgiInvalidateLighting(BgiContext context);
 ///
 /// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
 BgiResult bgiSetLights(BgiContext context, const struct BgiLighting *lighting);
+
+/// Replaces the host's shadow maps for the following dispatches; none: each shadow is a ray. Where a map covers a point that
+/// is lit, a texel takes the ray's place. Cheap, and meant to be called each frame, as cascades follow the camera: averages
+/// do not start over. Call it after bgiSetLights where both change. Records nothing.
+///
+/// While lighting sleeps, because nothing changes, no map is read. A sun that moves wakes it through bgiSetLights, and a
+/// caster through bgiUpdateMeshes; where casters move that are not among the meshes, and where maps are given or taken away
+/// for good, bgiInvalidateLighting does.
+///
+/// The views stay valid until the GPU has finished with the command buffers of all dispatches before they were replaced.
+///
+/// @param maps count maps. Copied.
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+BgiResult bgiSetShadowMaps(BgiContext context,
+                           uint32_t count,
+                           const struct BgiShadowMap *maps);
 
 /// Creates a view: probes and history for images of up to the given size. Needs a camera (bgiSetCamera) before its
 /// first dispatch.

@@ -5,9 +5,9 @@ use crate::frame::Frame;
 use crate::gpu::{Device, Pipelines, Player, Slot, Target};
 use crate::parallel::{ParallelFor, Workers};
 use crate::passes::bricks::VOXELIZE_PASSES;
-use crate::scene::{Camera, Light, MeshUpdate, Scene, Sky, SkyImage, Triangles};
+use crate::scene::{Camera, Light, MeshUpdate, Scene, ShadowMap, Sky, SkyImage, Triangles, check_shadow_maps};
 use crate::settings::Settings;
-use crate::view::{FrameShape, View, clip};
+use crate::view::{FrameShape, View};
 use crate::world::{FrameScope, World};
 use ash::vk;
 use glam::{DVec3, UVec2};
@@ -140,7 +140,7 @@ pub struct Stats {
     pub pages: u32,
     /// Meshes in the host's buffers that have not been read to the end yet: those handed over last.
     pub meshes_pending: u32,
-    /// Rays traced in the frame.
+    /// Rays traced in the frame; those to lights as if there were no shadow maps.
     pub rays: u64,
     /// Triangles of all meshes, as the host handed them over.
     pub mesh_triangles: u64,
@@ -273,6 +273,23 @@ impl Context {
         Ok(())
     }
 
+    /// Replaces the host's shadow maps for the following dispatches: where one covers a point of a face, it says whether its
+    /// light arrives there; where none does, a ray through the bricks does. Cheap: meant to be called every frame, as cascades
+    /// follow the camera. Lights that have jumped are told by `set_lights`; averages do not start over for another map.
+    ///
+    /// While lighting sleeps (nothing changes) no map is read. Where shadows change by what neither `set_lights` nor
+    /// `update_meshes` is told of, such as casters that are not among the meshes, or maps that come first or go,
+    /// `invalidate_lighting` has them seen.
+    ///
+    /// # Safety
+    /// The views are as [`ShadowMap`] says in each following dispatch, and stay valid until the GPU has finished with the
+    /// command buffers of these, until they are replaced.
+    pub unsafe fn set_shadow_maps(&mut self, maps: &[ShadowMap]) -> Result<()> {
+        check_shadow_maps(maps, &self.scene.lights)?;
+        self.scene.shadow_maps = maps.to_vec();
+        Ok(())
+    }
+
     /// All light is wrong: lights have jumped, a level has loaded. Averages start over, and views forget theirs. What changes
     /// through `set_lights` and `update_meshes` needs no such hint.
     pub fn invalidate_lighting(&mut self) {
@@ -343,7 +360,7 @@ impl Context {
         let mut frame = std::mem::take(&mut self.frame);
         frame.clear();
         let mut scope = FrameScope::new(&self.device, &self.settings, &mut self.slots, index, self.frame_index, frame);
-        let upload_limit = self.world.frame(&mut scope, &mut self.scene, eye, clip(&camera))?;
+        let upload_limit = self.world.frame(&mut scope, &mut self.scene, eye, camera.clip())?;
         let mut frame = scope.frame;
         let shape = FrameShape {
             size,
@@ -357,7 +374,7 @@ impl Context {
         let uniform = view.uniform(&camera, eye - self.world.window_voxels(), &shape);
         crate::passes::probes::gather(&mut frame, &uniform, self.frame_index, inputs.output_float32);
 
-        self.world.bind(index, &mut self.player);
+        self.world.bind(index, &self.scene, &mut self.player);
         view.bind(inputs, &mut self.player.bound);
         let to = Target { device: &self.device, pipelines: &self.pipelines, commands: inputs.command_buffer };
         self.player.play(to, &frame, &mut self.slots[index], upload_limit)?;

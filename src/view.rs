@@ -6,7 +6,7 @@ use crate::gpu::shared::View as ViewUniform;
 use crate::gpu::{Bound, Buffer, Device, Location};
 use crate::scene::Camera;
 use ash::vk;
-use glam::{DMat3, DMat4, DVec3, Mat3, Mat4, UVec2};
+use glam::{DMat4, DVec3, Mat4, UVec2};
 use rustc_hash::FxHashMap;
 
 /// Buffers whose contents live from frame to frame, or that only this view needs.
@@ -49,32 +49,20 @@ impl View {
 
     /// Checks and takes a camera.
     pub fn set_camera(&mut self, camera: &Camera) -> Result<()> {
-        let finite = camera.position.iter().all(|v| v.is_finite())
-            && camera.view_rotation.iter().flatten().chain(camera.projection.iter().flatten()).all(|v| v.is_finite());
-        if !finite {
-            return Err(Error::invalid("camera: a value is not finite"));
-        }
-        if DMat4::from_cols_array_2d(&camera.projection.map(|c| c.map(f64::from))).determinant().abs() < 1e-30 {
-            return Err(Error::invalid("camera: projection cannot be inverted"));
-        }
-        if rotation(camera).determinant().abs() < 0.5 {
-            return Err(Error::invalid("camera: view_rotation is not a rotation"));
-        }
+        camera.check().map_err(|fault| Error::invalid(format!("camera: {fault}")))?;
         self.camera = Some(*camera);
         Ok(())
     }
 
     /// What the shaders read; `window` is the grid window's low corner in voxels and `to_voxels` the camera there.
     pub fn uniform(&mut self, camera: &Camera, grid_camera: DVec3, frame: &FrameShape) -> ViewUniform {
-        let projection = projection(camera);
-        let view_rotation = rotation(camera);
-        let to_world = Mat4::from_mat3(view_rotation.inverse().as_mat3());
+        let to_world = Mat4::from_mat3(camera.rotation().inverse().as_mat3());
         let size = frame.size;
         let tiles = size.map(|s| s.div_ceil(frame.tile_size));
         let mut uniform = ViewUniform {
-            clip_to_view: projection.inverse().as_mat4().to_cols_array_2d(),
+            clip_to_view: camera.projection().inverse().as_mat4().to_cols_array_2d(),
             view_to_world: to_world.to_cols_array_2d(),
-            clip: clip(camera).as_mat4().to_cols_array_2d(),
+            clip: camera.clip().as_mat4().to_cols_array_2d(),
             camera: grid_camera.as_vec3().to_array(),
             clear_depth: frame.clear_depth,
             size: size.to_array(),
@@ -87,7 +75,7 @@ impl View {
         };
         if let Some((previous, previous_size)) = self.previous.filter(|_| self.loads == frame.loads) {
             let moved = DVec3::from(camera.position) - DVec3::from(previous.position);
-            let to_previous = clip(&previous) * DMat4::from_translation(moved);
+            let to_previous = previous.clip() * DMat4::from_translation(moved);
             uniform.previous_clip = to_previous.as_mat4().to_cols_array_2d();
             uniform.camera_delta = (-moved).as_vec3().to_array();
             uniform.previous_size = previous_size.x | previous_size.y << 16;
@@ -133,17 +121,4 @@ pub struct FrameShape {
     /// The world's: what was averaged before the last of them does not count.
     pub loads: u32,
     pub pixel_rays: u32,
-}
-
-/// Clip space of a position relative to the camera in metres.
-pub fn clip(camera: &Camera) -> DMat4 {
-    projection(camera) * DMat4::from_mat3(rotation(camera))
-}
-
-fn projection(camera: &Camera) -> DMat4 {
-    Mat4::from_cols_array_2d(&camera.projection).as_dmat4()
-}
-
-fn rotation(camera: &Camera) -> DMat3 {
-    Mat3::from_cols_array_2d(&camera.view_rotation).as_dmat3()
 }

@@ -75,6 +75,10 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
             outer_angle, radius, two_sided, half_axis_u, half_axis_v,
         }
         BgiLighting { s_type, p_next, lights, light_count, sky_radiance, sky }
+        BgiShadowLayer { s_type, p_next, layer, x, y, width, height, position, view_rotation, projection }
+        BgiShadowMap {
+            s_type, p_next, light, width, height, layer_count, view, layers, reversed, range, depth_bias, normal_offset,
+        }
         BgiSky { s_type, p_next, sky_type, zenith, horizon, ground, up, intensity, rotation }
         BgiSkyImage { s_type, p_next, layout, format, width, height, texels, texels_size }
         BgiViewCreateInfo { s_type, p_next, width, height }
@@ -90,7 +94,7 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
             meshes_pending, pass_count, resource_count, passes, resources, mesh_triangles, kept_triangles,
         }
     }
-    constants! { text: BGI_ABI_VERSION BGI_API_VERSION BGI_ERROR_INTERNAL BGI_STRUCTURE_TYPE_SKY_IMAGE BGI_MAX_COUNT }
+    constants! { text: BGI_ABI_VERSION BGI_API_VERSION BGI_ERROR_INTERNAL BGI_STRUCTURE_TYPE_SHADOW_LAYER BGI_MAX_COUNT }
     let header = header();
     let structs = header.lines().filter(|line| line.starts_with("typedef struct") && line.ends_with('{')).count();
     assert_eq!(text.matches("_Alignof").count(), structs, "a struct of the header is not compared");

@@ -9,9 +9,9 @@ use std::fs;
 use std::process::Command;
 
 /// The files of the C ABI in the header's order; `vk.rs` is left out, so that Vulkan's names stay Vulkan's.
-const SOURCES: [&str; 13] = [
-    "types", "version", "errors", "device", "settings", "context", "geometry", "meshes", "sky", "lights", "view",
-    "dispatch", "stats",
+const SOURCES: [&str; 14] = [
+    "types", "version", "errors", "device", "settings", "context", "geometry", "meshes", "sky", "lights", "shadows",
+    "view", "dispatch", "stats",
 ];
 
 fn generate() -> String {

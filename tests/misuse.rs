@@ -7,6 +7,7 @@ mod bench;
 mod vulkan;
 
 use ash::vk;
+use ash::vk::Handle;
 use bench::*;
 use brickgi::capi::*;
 use std::ffi::{CStr, c_char, c_void};
@@ -233,6 +234,100 @@ fn bad_ranges_orders_and_ids_are_refused() {
         ("dispatch: zero size", ARGUMENT, "width", |b| b.dispatch(|info| info.width = 0)),
         ("dispatch: over the view", ARGUMENT, "width", |b| b.dispatch(|info| info.width = 17)),
     ]);
+}
+
+#[test]
+fn bad_shadow_maps_are_refused() {
+    let bench = Bench::new();
+    assert_eq!(bench.shadow_maps(|_, _| ()), BGI_SUCCESS, "{}", last_error(bench.context));
+    let whole =
+        |_: &mut [BgiShadowMap; 2], layers: &mut [BgiShadowLayer; 2]| (layers[1].width, layers[1].height) = (64, 32);
+    assert_eq!(bench.shadow_maps(whole), BGI_SUCCESS, "{}", last_error(bench.context));
+    // SAFETY, for every block in this table: misuse that the header says is survived.
+    bench.expect(&[
+        ("NULL", ARGUMENT, "maps is null", |b| unsafe { bgiSetShadowMaps(b.context, 1, null()) }),
+        ("count", ARGUMENT, "maps: 4294967295 elements", |b| unsafe {
+            bgiSetShadowMaps(b.context, u32::MAX, without_provenance(0x1000))
+        }),
+        ("sType", STRUCTURE, "maps[1].stype", |b| b.shadow_maps(|maps, _| maps[1].s_type = 0)),
+        ("pNext", STRUCTURE, "maps[0].pnext", |b| b.shadow_maps(|maps, _| maps[0].p_next = CHAIN)),
+        ("layers: NULL", ARGUMENT, "maps[1].layers is null", |b| b.shadow_maps(|maps, _| maps[1].layers = null())),
+        ("layers: sType", STRUCTURE, "maps[0].layers[0].stype", |b| b.shadow_maps(|_, layers| layers[0].s_type = 0)),
+        ("no layers", ARGUMENT, "maps[0]: layers", |b| b.shadow_maps(|maps, _| maps[0].layer_count = 0)),
+        ("seven layers", ARGUMENT, "maps[0]: layers", |b| {
+            let layers = [structure! { BgiShadowLayer, BGI_STRUCTURE_TYPE_SHADOW_LAYER, }; 7];
+            b.shadow_maps(|maps, _| (maps[0].layers, maps[0].layer_count) = (layers.as_ptr(), 7))
+        }),
+        ("view", ARGUMENT, "maps[1]: view", |b| b.shadow_maps(|maps, _| maps[1].view = vk::ImageView::null())),
+        ("no such light", ARGUMENT, "maps[1]: light: there is none", |b| b.shadow_maps(|maps, _| maps[1].light = 5)),
+        ("sphere", ARGUMENT, "maps[0]: light: spheres", |b| b.shadow_maps(|maps, _| maps[0].light = 3)),
+        ("rectangle", ARGUMENT, "maps[0]: light: spheres", |b| b.shadow_maps(|maps, _| maps[0].light = 4)),
+        ("light twice", ARGUMENT, "maps[1]: light 0 has a map", |b| b.shadow_maps(|maps, _| maps[1].light = 0)),
+        ("no width", ARGUMENT, "maps[0]: width and height", |b| b.shadow_maps(|maps, _| maps[0].width = 0)),
+        ("height", ARGUMENT, "maps[0]: width and height", |b| b.shadow_maps(|maps, _| maps[0].height = 16_385)),
+        ("reversed", ARGUMENT, "maps[1].reversed is 2", |b| b.shadow_maps(|maps, _| maps[1].reversed = 2)),
+        ("range", ARGUMENT, "maps[1]: range", |b| b.shadow_maps(|maps, _| maps[1].range = -1.0)),
+        ("range of the sun", ARGUMENT, "maps[0]: range", |b| b.shadow_maps(|maps, _| maps[0].range = 1.0)),
+        ("depth bias", ARGUMENT, "maps[0]: depth bias", |b| b.shadow_maps(|maps, _| maps[0].depth_bias = f32::NAN)),
+        ("normal offset", ARGUMENT, "maps[0]: normal offset", |b| {
+            b.shadow_maps(|maps, _| maps[0].normal_offset = -0.1)
+        }),
+        ("infinite offset", ARGUMENT, "maps[0]: normal offset", |b| {
+            b.shadow_maps(|maps, _| maps[0].normal_offset = f32::INFINITY)
+        }),
+        ("matrix", ARGUMENT, "maps[1].layers[0]: a value", |b| {
+            b.shadow_maps(|_, layers| layers[1].projection[2][3] = f32::NAN)
+        }),
+        ("flat matrix", ARGUMENT, "maps[1].layers[0]: projection", |b| {
+            b.shadow_maps(|_, layers| layers[1].projection[2] = [0.0; 4])
+        }),
+        ("rotation", ARGUMENT, "maps[0].layers[0]: view_rotation", |b| {
+            b.shadow_maps(|_, layers| layers[0].view_rotation = [[0.0; 3]; 3])
+        }),
+        ("position", ARGUMENT, "maps[0].layers[0]: a value", |b| {
+            b.shadow_maps(|_, layers| layers[0].position[1] = f64::INFINITY)
+        }),
+        ("layer", ARGUMENT, "maps[0].layers[0]: layer", |b| b.shadow_maps(|_, layers| layers[0].layer = 2048)),
+        ("rectangle: no height", ARGUMENT, "maps[0].layers[0]: rectangle", |b| {
+            b.shadow_maps(|_, layers| layers[0].width = 64)
+        }),
+        ("rectangle: outside", ARGUMENT, "maps[0].layers[0]: rectangle", |b| {
+            b.shadow_maps(|_, layers| (layers[0].x, layers[0].width, layers[0].height) = (u32::MAX, 1, 1))
+        }),
+    ]);
+}
+
+/// 64 layers of four views will do.
+#[test]
+fn too_many_shadow_maps_are_refused() {
+    let bench = Bench::new();
+    let light = structure! { BgiLight, BGI_STRUCTURE_TYPE_LIGHT, light_type: BGI_LIGHT_TYPE_POINT, };
+    let lights = [light; 20];
+    let result = bench.lighting(|lighting| (lighting.lights, lighting.light_count) = (lights.as_ptr(), 20));
+    assert_eq!(result, BGI_SUCCESS);
+    let mut layer = structure! { BgiShadowLayer, BGI_STRUCTURE_TYPE_SHADOW_LAYER, };
+    (0..4).for_each(|i| layer.projection[i][i] = 1.0);
+    (0..3).for_each(|i| layer.view_rotation[i][i] = 1.0);
+    let layers = [layer; 6];
+    let set = |layer_counts: &[u32], views: u64| {
+        let map = |(light, count): (u32, &u32)| {
+            structure! { BgiShadowMap, BGI_STRUCTURE_TYPE_SHADOW_MAP,
+                light: light, width: 8, height: 8, layer_count: *count, layers: layers.as_ptr(),
+                view: vk::ImageView::from_raw(1 + u64::from(light) % views),
+            }
+        };
+        let maps: Vec<_> = (0..).zip(layer_counts).map(map).collect();
+        // SAFETY: as the header says; nothing is dispatched.
+        let result = unsafe { bgiSetShadowMaps(bench.context, maps.len() as u32, maps.as_ptr()) };
+        (result, last_error(bench.context))
+    };
+    let most = [6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 4];
+    assert_eq!(set(&most, 4).0, BGI_SUCCESS);
+    assert_eq!(set(&[], 1).0, BGI_SUCCESS);
+    let (result, text) = set(&[&most[..], &[1]].concat(), 4);
+    assert!(result == ARGUMENT && text.contains("maps: more than 64 layers"), "{text}");
+    let (result, text) = set(&most[..5], 5);
+    assert!(result == ARGUMENT && text.contains("maps: more than 4 different views"), "{text}");
 }
 
 #[test]

@@ -1,7 +1,8 @@
-// Direct irradiance of the listed faces: every light, from jittered points on the face, shadowed by a ray.
+// Direct irradiance of the listed faces: every light, from jittered points on the face, with its shadow.
 
 #import lib/faces.wgsl
 #import lib/lights.wgsl
+#import lib/shadows.wgsl
 #import lib/sweep.wgsl
 
 @res var<storage, read> lights: array<Light>;
@@ -23,7 +24,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let sample = sample_light(lights[k], p.xyz, face.seed + k, index);
             let cosine = dot(normal, sample.direction);
             if cosine <= 0.0 || sample.strength <= 0.0 { continue; }
-            if trace(Start(p.xyz, normal, FACE_ERROR), sample.direction, sample.reach).kind == HIT { continue; }
+            if !light_arrives(lights[k], sample, p.xyz, normal) { continue; }
             e += lights[k].color * (sample.strength * cosine);
         }
     }

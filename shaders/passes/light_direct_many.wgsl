@@ -6,6 +6,7 @@
 
 #import lib/faces.wgsl
 #import lib/lights.wgsl
+#import lib/shadows.wgsl
 #import lib/sweep.wgsl
 
 @res var<storage, read> lights: array<Light>;
@@ -89,7 +90,7 @@ fn reservoir(face: Face, normal: vec3<f32>, p: vec3<f32>, time: u32, part: u32, 
     var u = choice_place(face.seed ^ (part * 0x9e3779b9u), time);
     var sum = 0.0;
     var chosen: LightSample;
-    var color = vec3<f32>(0.0);
+    var chosen_light = 0u;
     for (var row = 0u; row * frame.direct_lights < count; row++) {
         let place = row * frame.direct_lights + select(part, frame.direct_lights - 1u - part, (row & 1u) == 1u);
         if place >= count { continue; }
@@ -102,11 +103,12 @@ fn reservoir(face: Face, normal: vec3<f32>, p: vec3<f32>, time: u32, part: u32, 
         let share = weight / sum;
         if u < share {
             chosen = sample;
-            color = light.color;
+            chosen_light = choice.light;
         }
         u = remainder(u, share);
     }
-    if sum == 0.0 || trace(Start(p, normal, FACE_ERROR), chosen.direction, chosen.reach).kind == HIT { return vec3<f32>(0.0); }
+    if sum == 0.0 || !light_arrives(lights[chosen_light], chosen, p, normal) { return vec3<f32>(0.0); }
+    let color = lights[chosen_light].color;
     return color * (sum / brightness(color));
 }
 

@@ -47,7 +47,29 @@ struct Light {
     axis_u: vec3<f32>,
     // Spot: falls off as clamp(cosine * scale + offset, 0, 1)^2.
     cone_scale: f32,
-    // Rectangle: the same of the neighbouring edge.
+    // Rectangle: the same of the neighbouring edge. Directional, point, spot: the first layer of its shadow map in x, the one
+    // after the last in y.
     axis_v: vec3<f32>,
     cone_offset: f32,
+}
+
+// A part of a light's shadow map: a cascade, a cube's face, or all of it.
+struct ShadowLayer {
+    // Grid space to clip space.
+    clip: mat4x4<f32>,
+    // Where it lies in the image, and how large it is, texels.
+    corner: vec2<u32>,
+    size: vec2<u32>,
+    // Times w and a normal's x and y in clip space: how far its surface rises within half a texel, voxels.
+    half_texel: vec2<f32>,
+    // Which of the images, and which layer of it.
+    image: u32,
+    layer: u32,
+    // Off the face along its normal, voxels.
+    normal_offset: f32,
+    depth_bias: f32,
+    // 1: what is smaller is nearer; -1: what is larger.
+    order: f32,
+    // The image holds distances from the light: what a voxel is in it; 0: it holds depths.
+    distance_scale: f32,
 }

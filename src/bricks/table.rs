@@ -38,6 +38,8 @@ struct Left {
     /// Its lit faces, and how often they have been lit since the lights last changed.
     faces: u32,
     updates: u32,
+    /// Those that nothing reached.
+    unreached: u32,
 }
 
 /// What is counted once after a change.
@@ -494,13 +496,13 @@ impl BrickTable {
             };
             let (distance, target_word) = (self.distance(*position).sqrt(), page * PAGE_WORDS);
             let BrickResult { words, offset, faces, unreached, .. } = *result;
-            let Left { base, faces: before, updates, .. } = old;
+            let Left { base, faces: before, unreached: hidden, updates, .. } = old;
             new += u32::from(before == 0);
             if before > 0 && faces > 0 {
                 carries.push(LightCarry { base, source: offset });
             }
-            // With many more faces it is as good as new.
-            let updates = if faces * 4 <= before * 5 { updates } else { 0 };
+            // With many more faces, or others that are reached, it is as good as new.
+            let updates = if faces * 4 <= before * 5 && unreached == hidden { updates } else { 0 };
             let enter = || self.lighting.enter(*position, target_word, faces, distance, updates);
             let turn = (faces > 0).then(enter);
             self.resident.insert(*position, Brick { page, pages, unreached, turn });
@@ -557,7 +559,7 @@ impl BrickTable {
             self.unreached -= old.unreached;
         }
         let (faces, updates) = old.turn.map_or((0, 0), |turn| self.lighting.leave(turn));
-        Left { base: old.page * PAGE_WORDS, pages: old.pages, faces, updates }
+        Left { base: old.page * PAGE_WORDS, pages: old.pages, faces, updates, unreached: old.unreached }
     }
 
     /// The first of so many pages for a brick, which the grid then shows there; farther bricks give way. `farthest`:

@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | `types` | result codes, structure types, handles, limits |
 //! | `vk` | Vulkan's own names for Vulkan's types |
-//! | `version`, `device`, `settings`, `context`, `geometry`, `meshes`, `lights`, `sky`, `view`, `dispatch`, `stats`, `errors` | one call or family each, with the structs it reads |
+//! | `version`, `device`, `settings`, `context`, `geometry`, `meshes`, `lights`, `shadows`, `sky`, `view`, `dispatch`, `stats`, `errors` | one call or family each, with the structs it reads |
 //! | `input` | the only place where a caller's pointer becomes a reference |
 //! | `handles` | the registry of live contexts: a handle is a token and is never dereferenced |
 //! | `guard` | panics stop here; failures become codes, texts and log lines |
@@ -24,6 +24,7 @@ mod lights;
 mod meshes;
 mod parallel;
 mod settings;
+mod shadows;
 mod sky;
 mod stats;
 mod types;
@@ -39,6 +40,7 @@ pub use geometry::*;
 pub use lights::*;
 pub use meshes::*;
 pub use settings::*;
+pub use shadows::*;
 pub use sky::*;
 pub use stats::*;
 pub use types::*;

@@ -43,7 +43,7 @@ pub struct BgiStats {
     pub world_bytes: u64,
     /// Out: device memory of all views in bytes.
     pub view_bytes: u64,
-    /// Out: rays traced in the frame.
+    /// Out: rays traced in the frame; those to lights as if there were no shadow maps.
     pub rays: u64,
     /// Out: bgiDispatch calls so far.
     pub frames: u64,

@@ -70,11 +70,19 @@ pub const BGI_STRUCTURE_TYPE_STATS: BgiStructureType = 15;
 pub const BGI_STRUCTURE_TYPE_SKY: BgiStructureType = 16;
 /// BgiSkyImage
 pub const BGI_STRUCTURE_TYPE_SKY_IMAGE: BgiStructureType = 17;
+/// BgiShadowMap
+pub const BGI_STRUCTURE_TYPE_SHADOW_MAP: BgiStructureType = 18;
+/// BgiShadowLayer
+pub const BGI_STRUCTURE_TYPE_SHADOW_LAYER: BgiStructureType = 19;
 
 /// Most elements in any array handed in. A larger count is refused with BGI_ERROR_INVALID_ARGUMENT.
 pub const BGI_MAX_COUNT: u32 = 67108864;
 /// Largest edge of an image or texture in pixels.
 pub const BGI_MAX_EXTENT: u32 = 16384;
+/// Most layers of all shadow maps.
+pub const BGI_MAX_SHADOW_LAYERS: u32 = 64;
+/// Most different views of shadow maps.
+pub const BGI_MAX_SHADOW_VIEWS: u32 = 4;
 /// Bytes of a name in BgiPassTime and BgiResourceSize, its terminating zero included.
 pub const BGI_NAME_SIZE: u32 = 64;
 

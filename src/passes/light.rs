@@ -1,8 +1,15 @@
 //! Group "lighting": `face_compact`, `light_direct` (or one of its kin), `light_bounce`, `light_store`.
 
 use crate::frame::Frame;
-use crate::gpu::shared::{LIGHT_SPHERE, Light, LightBrick, LightPush};
+use crate::gpu::shared::{LIGHT_SPHERE, Light, LightBrick, LightPush, ShadowLayer};
 use crate::settings::Settings;
+
+/// What lights the faces.
+pub struct Lights {
+    pub all: Vec<Light>,
+    /// Of their shadow maps.
+    pub layers: Vec<ShadowLayer>,
+}
 
 /// Lights `face_count` faces of the chosen bricks `sweeps` times; `first_update` numbers the sweeps over time.
 pub fn light(
@@ -11,20 +18,25 @@ pub fn light(
     face_count: u32,
     sweeps: u32,
     first_update: u32,
-    lights: &[Light],
+    lights: &Lights,
     settings: &Settings,
 ) {
+    let Lights { all: lights, layers } = lights;
     frame.upload.push("lights", lights);
     frame.upload.push("light_bricks", bricks);
+    if !layers.is_empty() {
+        frame.upload.push("shadow_layers", layers);
+    }
     let (brick_count, groups) = (bricks.len() as u32, face_count.div_ceil(64));
     let bounces = settings.bounce_rays > 0;
+    let are_many = lights.len() > settings.direct_lights as usize;
+    let direct_groups = if are_many { brick_count } else { groups };
     let have_extent = lights.iter().any(|l| l.kind >= LIGHT_SPHERE);
-    let (direct, direct_groups) = match (lights.len() > settings.direct_lights as usize, have_extent) {
-        (false, false) => ("light_direct", groups),
-        (false, true) => ("light_direct_areas", groups),
-        (true, false) => ("light_direct_many", brick_count),
-        (true, true) => ("light_direct_many_areas", brick_count),
-    };
+    let direct = match (!layers.is_empty(), have_extent) {
+        (true, _) => ["light_direct_maps", "light_direct_many_maps"],
+        (_, true) => ["light_direct_areas", "light_direct_many_areas"],
+        _ => ["light_direct", "light_direct_many"],
+    }[usize::from(are_many)];
     frame.dispatch("face_compact", [brick_count, 1, 1], [0u32; 0]);
     for sweep in 0..sweeps {
         let push = LightPush { face_count, brick_count, update: first_update + sweep };

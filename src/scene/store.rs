@@ -2,7 +2,7 @@
 
 use super::clusters::Cluster;
 use super::simplify::{Simplification, Triangles};
-use super::{Light, MeshUpdate, Sky, sheets};
+use super::{Light, MeshUpdate, ShadowMap, Sky, sheets};
 use crate::error::{Error, Result};
 use crate::settings::Settings;
 use glam::{DMat3, DVec3, Vec2, Vec3};
@@ -68,6 +68,7 @@ pub struct Scene {
     /// Of all meshes.
     pub triangles: Triangles,
     pub lights: Vec<Light>,
+    pub shadow_maps: Vec<ShadowMap>,
     pub sky: Sky,
     /// The texels of the sky's image, or none.
     pub sky_map: Vec<u32>,

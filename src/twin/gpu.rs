@@ -11,6 +11,7 @@ use std::collections::HashMap;
 /// A device with the pipelines of some passes and buffers by name. Fails when dropped if the validation layer spoke.
 pub struct Gpu {
     buffers: HashMap<&'static str, Buffer>,
+    images: Vec<(vk::Image, vk::DeviceMemory, vk::ImageView)>,
     /// None while it is in use.
     slot: Option<Slot>,
     pipelines: Pipelines,
@@ -36,7 +37,7 @@ impl Gpu {
         let info = vk::CommandPoolCreateInfo::default().queue_family_index(host.family);
         // SAFETY: the family is the device's.
         let pool = unsafe { host.device.create_command_pool(&info, None) }.expect("a command pool");
-        Self { buffers: HashMap::new(), slot, pipelines, device, pool, host }
+        Self { buffers: HashMap::new(), images: Vec::new(), slot, pipelines, device, pool, host }
     }
 
     /// Makes, or makes anew, a buffer that the passes find by this name.
@@ -55,6 +56,73 @@ impl Gpu {
     /// What a readback buffer holds.
     pub fn read<T: bytemuck::Pod>(&self, name: &str, count: usize) -> Vec<T> {
         self.buffers[name].read(count)
+    }
+
+    /// An array of images of one float a texel, for passes to read, and a view of it; they live as long as the value.
+    pub fn image(&mut self, [width, height]: [u32; 2], layers: &[Vec<f32>]) -> vk::ImageView {
+        let texels = layers.concat();
+        assert_eq!(texels.len(), (width * height) as usize * layers.len());
+        let mut staging = Buffer::new(&self.device, 4 * texels.len() as u64, Location::Upload).expect("a buffer");
+        staging.write(bytemuck::cast_slice(&texels));
+        let extent = vk::Extent3D { width, height, depth: 1 };
+        let info = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(vk::Format::R32_SFLOAT)
+            .extent(extent)
+            .mip_levels(1)
+            .array_layers(layers.len() as u32)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .usage(vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST);
+        let whole = vk::ImageSubresourceRange::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .level_count(1)
+            .layer_count(layers.len() as u32);
+        let raw = &self.host.device;
+        // SAFETY: plain calls on objects of this device, which `drop` destroys.
+        let (image, memory, view) = unsafe {
+            let image = raw.create_image(&info, None).expect("an image");
+            let needs = raw.get_image_memory_requirements(image);
+            let info = vk::MemoryAllocateInfo::default()
+                .allocation_size(needs.size)
+                .memory_type_index(needs.memory_type_bits.trailing_zeros());
+            let memory = raw.allocate_memory(&info, None).expect("memory");
+            raw.bind_image_memory(image, memory, 0).expect("bound");
+            let info = vk::ImageViewCreateInfo::default()
+                .image(image)
+                .view_type(vk::ImageViewType::TYPE_2D_ARRAY)
+                .format(vk::Format::R32_SFLOAT)
+                .subresource_range(whole);
+            (image, memory, raw.create_image_view(&info, None).expect("a view"))
+        };
+        self.images.push((image, memory, view));
+        self.submit(|commands| {
+            use vk::{AccessFlags as Access, ImageLayout as Layout, PipelineStageFlags as Stage};
+            let barrier = |from: (Stage, Access, Layout), to: (Stage, Access, Layout)| {
+                let barrier = vk::ImageMemoryBarrier::default()
+                    .src_access_mask(from.1)
+                    .dst_access_mask(to.1)
+                    .old_layout(from.2)
+                    .new_layout(to.2)
+                    .image(image)
+                    .subresource_range(whole);
+                // SAFETY: recording, outside a render pass.
+                unsafe {
+                    let none = vk::DependencyFlags::empty();
+                    raw.cmd_pipeline_barrier(commands, from.0, to.0, none, &[], &[], &[barrier]);
+                }
+            };
+            let target = (Stage::TRANSFER, Access::TRANSFER_WRITE, Layout::TRANSFER_DST_OPTIMAL);
+            barrier((Stage::TOP_OF_PIPE, Access::empty(), Layout::UNDEFINED), target);
+            let layers = vk::ImageSubresourceLayers::default()
+                .aspect_mask(vk::ImageAspectFlags::COLOR)
+                .layer_count(whole.layer_count);
+            let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(extent);
+            // SAFETY: recording; the region covers the image, and the buffer holds as much.
+            unsafe { raw.cmd_copy_buffer_to_image(commands, staging.raw, image, target.2, &[region]) };
+            barrier(target, (Stage::COMPUTE_SHADER, Access::SHADER_READ, Layout::SHADER_READ_ONLY_OPTIMAL));
+        });
+        staging.destroy(&self.device);
+        view
     }
 
     /// Records the list, submits it and waits.
@@ -78,6 +146,13 @@ impl Gpu {
 
     /// The same with resources that the caller names.
     pub fn play(&self, frame: &Frame, mut player: Player, slot: &mut Slot) {
+        self.submit(|commands| {
+            let to = Target { device: &self.device, pipelines: &self.pipelines, commands };
+            player.play(to, frame, slot, u64::MAX).expect("a frame that can be played");
+        });
+    }
+
+    fn submit(&self, record: impl FnOnce(vk::CommandBuffer)) {
         let raw = &self.host.device;
         // SAFETY: ordinary recording and submission on this thread; the wait at the end frees everything for reuse.
         unsafe {
@@ -86,8 +161,7 @@ impl Gpu {
             let commands = raw.allocate_command_buffers(&info).expect("a command buffer");
             let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             raw.begin_command_buffer(commands[0], &begin).expect("recording");
-            let to = Target { device: &self.device, pipelines: &self.pipelines, commands: commands[0] };
-            player.play(to, frame, slot, u64::MAX).expect("a frame that can be played");
+            record(commands[0]);
             raw.end_command_buffer(commands[0]).expect("recorded");
             let queue = raw.get_device_queue(self.host.family, 0);
             let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
@@ -104,7 +178,14 @@ impl Drop for Gpu {
         self.slot.take().into_iter().for_each(|mut s| s.destroy(&self.device));
         self.pipelines.destroy(&self.device);
         // SAFETY: nothing runs any more.
-        unsafe { self.host.device.destroy_command_pool(self.pool, None) };
+        unsafe {
+            for (image, memory, view) in self.images.drain(..) {
+                self.host.device.destroy_image_view(view, None);
+                self.host.device.destroy_image(image, None);
+                self.host.device.free_memory(memory, None);
+            }
+            self.host.device.destroy_command_pool(self.pool, None);
+        }
         let messages = self.host.messages();
         if !std::thread::panicking() {
             assert!(messages.is_empty(), "the validation layer said:\n{}", messages.join("\n"));

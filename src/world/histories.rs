@@ -136,7 +136,7 @@ fn after_any_history_bricks_list_what_the_scene_holds() {
 
 /// A world on the GPU.
 pub(super) struct Live {
-    gpu: Gpu,
+    pub gpu: Gpu,
     slots: Vec<Slot>,
     settings: Settings,
     pub world: World,
@@ -149,8 +149,9 @@ impl Live {
     pub fn new(settings: Settings) -> Self {
         let bricks =
             ["brick_compact", "light_carry", "brick_commit", "grid_update", "voxel_mark", "voxelize", "face_resolve"];
-        let direct = ["light_direct", "light_direct_areas", "light_direct_many", "light_direct_many_areas"];
-        let lighting = [direct.as_slice(), &["face_compact", "light_store"]].concat();
+        let direct = ["light_direct", "light_direct_areas", "light_direct_maps"];
+        let many = ["light_direct_many", "light_direct_many_areas", "light_direct_many_maps"];
+        let lighting = [direct.as_slice(), &many, &["face_compact", "light_store"]].concat();
         let gpu = Gpu::new(&[bricks.as_slice(), &lighting].concat());
         let slots = (0..FRAMES_IN_FLIGHT).map(|_| Slot::new(&gpu.device).expect("a slot")).collect();
         let world = World::new(&settings, FRAMES_IN_FLIGHT).expect("a world");
@@ -174,7 +175,7 @@ impl Live {
 
     fn bind(&mut self, index: usize) -> Player {
         let mut player = Player::default();
-        self.world.bind(index, &mut player);
+        self.world.bind(index, &self.scene, &mut player);
         player
     }
 

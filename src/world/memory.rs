@@ -130,7 +130,7 @@ impl Shares {
 pub struct Fixed {
     pub grid: u64,
     pub materials: u64,
-    /// Of a frame's upload: lights, and the sky's map.
+    /// Of a frame's upload: lights, shadow maps' layers, and the sky's map.
     pub lights: u64,
 }
 

@@ -5,6 +5,7 @@ mod hearing;
 mod lights;
 mod memory;
 mod readback;
+mod shadows;
 mod voxelization;
 
 use crate::bricks::{
@@ -13,11 +14,13 @@ use crate::bricks::{
 use crate::context::ResourceSize;
 use crate::error::Result;
 use crate::frame::{Command, Frame};
-use crate::gpu::shared::{ASKS, Frame as FrameUniform, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE};
+use crate::gpu::shared::{
+    ASKS, Frame as FrameUniform, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE, ShadowLayer as GpuShadowLayer,
+};
 use crate::gpu::{Device, Player, Slot};
 use crate::parallel::Workers;
-use crate::passes;
-use crate::scene::Scene;
+use crate::passes::{self, light::Lights};
+use crate::scene::{MAX_SHADOW_LAYERS, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3};
 use hearing::{Hear, Hearing};
@@ -27,7 +30,7 @@ use rustc_hash::FxHashMap;
 
 /// Bricks that arrive within some frames make a load, not something that moves about: so many, and a twentieth of the
 /// world.
-const LOADING_MIN: u32 = 16;
+const LOADING_MIN: u32 = 4;
 /// Lighting sweeps a frame when the face budget allows: the more, the faster light travels.
 const SWEEPS_MAX: u32 = 4;
 
@@ -252,10 +255,12 @@ impl World {
     /// What cannot be refused. Materials count twice while old ones stand in the way of new ones.
     fn fixed(&self, scene: &Scene) -> Fixed {
         let materials = (scene.materials.len() * size_of::<GpuMaterial>()) as u64 + scene.texel_bytes;
+        // As many as there may be, for their number changes with what is in view.
+        let shadows = if scene.shadow_maps.is_empty() { 0 } else { MAX_SHADOW_LAYERS * size_of::<GpuShadowLayer>() };
         Fixed {
             grid: u64::from(self.table.grid.words()) * 4,
             materials: materials + if self.materials_wait { self.memory.materials_bytes() } else { 0 },
-            lights: size_of::<GpuLight>() as u64 * scene.lights.len() as u64 + size_of_val(scene.sky_texels()) as u64,
+            lights: (size_of::<GpuLight>() * scene.lights.len() + shadows + size_of_val(scene.sky_texels())) as u64,
         }
     }
 
@@ -405,7 +410,9 @@ impl World {
         }
         if !bricks.is_empty() {
             let place = |l| lights::gpu_light(l, &self.grid, low_corner);
-            let lights: Vec<GpuLight> = scene.lights.iter().map(place).collect();
+            let mut all: Vec<GpuLight> = scene.lights.iter().map(place).collect();
+            let layers = shadows::gpu_layers(&scene.shadow_maps, &mut all, &self.grid, low_corner);
+            let lights = Lights { all, layers };
             passes::light::light(&mut scope.frame, bricks, faces, sweeps, self.updates, &lights, settings);
             self.updates = self.updates.wrapping_add(sweeps);
         }
@@ -433,8 +440,9 @@ impl World {
     }
 
     /// Says what the passes' names stand for in this slot's frame, and its copies.
-    pub fn bind(&mut self, index: usize, player: &mut Player) {
+    pub fn bind(&mut self, index: usize, scene: &Scene, player: &mut Player) {
         self.memory.bind(index, player);
+        shadows::bind(&scene.shadow_maps, player);
     }
 
     /// Adds names and bytes of everything that counts against the budget.
@@ -450,6 +458,8 @@ impl World {
 
 #[cfg(test)]
 mod counts;
+#[cfg(test)]
+mod floor;
 #[cfg(test)]
 mod histories;
 #[cfg(test)]

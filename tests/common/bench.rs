@@ -190,6 +190,31 @@ impl Bench {
         unsafe { bgiSetLights(self.context, &lighting) }
     }
 
+    /// Five lights: directional, point, spot, sphere, rectangle. Two maps of a layer each, of the first two.
+    pub fn shadow_maps(&self, change: impl FnOnce(&mut [BgiShadowMap; 2], &mut [BgiShadowLayer; 2])) -> BgiResult {
+        let light = |light_type| {
+            structure! { BgiLight, BGI_STRUCTURE_TYPE_LIGHT,
+                light_type: light_type, direction: [0.0, -1.0, 0.0], outer_angle: 0.5, radius: 1.0,
+                half_axis_u: [1.0, 0.0, 0.0], half_axis_v: [0.0, 1.0, 0.0],
+            }
+        };
+        let lights = [1, 2, 3, 4, 5].map(light);
+        let result = self.lighting(|lighting| (lighting.lights, lighting.light_count) = (lights.as_ptr(), 5));
+        assert_eq!(result, BGI_SUCCESS, "{}", last_error(self.context));
+        let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mut layers = [structure! { BgiShadowLayer, BGI_STRUCTURE_TYPE_SHADOW_LAYER,
+            view_rotation: identity,
+            projection: std::array::from_fn(|i| std::array::from_fn(|k| if i == k { 1.0 } else { 0.0 })),
+        }; 2];
+        let mut maps = [0, 1].map(|light| structure! { BgiShadowMap, BGI_STRUCTURE_TYPE_SHADOW_MAP,
+            light: light, width: 64, height: 32, layer_count: 1, view: vk::ImageView::from_raw(7), layers: &layers[0],
+        });
+        maps[1].layers = &raw const layers[1];
+        change(&mut maps, &mut layers);
+        // SAFETY: misuse that the header says is survived.
+        unsafe { bgiSetShadowMaps(self.context, 2, maps.as_ptr()) }
+    }
+
     pub fn sky(&self, change: impl FnOnce(&mut BgiSky)) -> BgiResult {
         let mut sky = structure! { BgiSky, BGI_STRUCTURE_TYPE_SKY,
             sky_type: BGI_SKY_TYPE_GRADIENT, up: [0.0, 1.0, 0.0],

@@ -5,7 +5,8 @@ use crate::gpu::Gpu;
 use crate::raster::{COLOR_FORMATS, DEPTH_FORMAT, Draw, Raster};
 use crate::scene::SceneCamera;
 use crate::target::{Target, Use};
-use glam::{DMat4, DVec3, Mat4, Vec3};
+use brickgi::scene::Camera;
+use glam::{DVec3, Mat3, Mat4, Vec3};
 use std::sync::Arc;
 use wgpu_hal::{CommandEncoder as _, vulkan as hal};
 use wgpu_types as wgt;
@@ -86,15 +87,12 @@ impl GBuffer {
             timestamp_writes: None,
             occlusion_query_set: None::<&hal::QuerySet>,
         };
-        let whole = |buffer| wgpu_hal::BufferBinding::new_unchecked(buffer, 0, None);
         // SAFETY: by the caller; everything bound lives in `raster` until the queue is idle.
         unsafe {
             encoder.begin_render_pass(&pass).map_err(Error::gpu("beginning the G-buffer pass"))?;
             encoder.set_render_pipeline(raster.pipeline());
-            encoder.set_bind_group(raster.layout(), 0, raster.group(), &[]);
-            encoder.set_immediates(raster.layout(), 0, &view_words(camera, [width, height]));
-            encoder.set_vertex_buffer(0, whole(raster.vertices()));
-            encoder.set_vertex_buffer(1, whole(raster.instances()));
+            raster.bind(encoder);
+            encoder.set_immediates(raster.layout(), 0, &view_words(&camera.to_gi([width, height], [0.0; 3])));
             encoder.set_viewport(&wgpu_hal::Rect { x: 0.0, y: 0.0, w: width as f32, h: height as f32 }, 0.0..1.0);
             encoder.set_scissor_rect(&wgpu_hal::Rect { x: 0, y: 0, w: width, h: height });
             for Draw { vertices, instances } in raster.draws() {
@@ -119,10 +117,10 @@ fn color_attachment(target: &Target, ops: wgpu_hal::AttachmentOps) -> wgpu_hal::
 /// The shader's `View`: a matrix from camera-relative positions to clip space, then the camera's position.
 ///
 /// wgpu-hal flips the viewport, so clip space here has y up: the projection's y is negated once more.
-fn view_words(camera: &SceneCamera, size: [u32; 2]) -> Vec<u32> {
+pub(crate) fn view_words(camera: &Camera) -> Vec<u32> {
     let y_up = Mat4::from_scale(Vec3::new(1.0, -1.0, 1.0));
-    let rotation = DMat4::from_mat3(camera.view_rotation()).as_mat4();
-    let clip = y_up * Mat4::from_cols_array_2d(&camera.projection(size)) * rotation;
+    let rotation = Mat4::from_mat3(Mat3::from_cols_array_2d(&camera.view_rotation));
+    let clip = y_up * Mat4::from_cols_array_2d(&camera.projection) * rotation;
     let position = DVec3::from(camera.position).as_vec3();
     let floats = clip.to_cols_array().into_iter().chain(position.extend(0.0).to_array());
     floats.map(f32::to_bits).collect()

@@ -8,6 +8,7 @@ use crate::image::Image;
 use crate::raster::Raster;
 use crate::readback;
 use crate::scene::{self, Instance, Light, Scene, SceneCamera, Sky};
+use crate::shadows::ShadowAtlas;
 use crate::target::{Target, Use};
 use crate::upload;
 use ash::vk;
@@ -33,6 +34,8 @@ pub struct HostOptions {
     pub frames_in_flight: u32,
     /// Runs under the validation layer and keeps its messages.
     pub validation: bool,
+    /// Edge in texels of the shadow maps that brickgi is given of the sun, points and spots; 0: none.
+    pub shadow_maps: u32,
     /// Added to every position given to brickgi, in metres; the G-buffer stays where it is.
     pub world_offset: [f64; 3],
 }
@@ -47,6 +50,7 @@ impl HostOptions {
             settings: Settings::default(),
             frames_in_flight: 2,
             validation: false,
+            shadow_maps: 0,
             world_offset: [0.0; 3],
         }
     }
@@ -74,6 +78,10 @@ pub struct Host {
     instances: BTreeMap<u64, Instance>,
     lights: Vec<Light>,
     camera: SceneCamera,
+    /// Edge of the shadow maps; 0: there are none.
+    shadow_edge: u32,
+    /// Of the current instances and lights; drawn when it is made.
+    shadow_maps: Option<ShadowAtlas>,
     /// The G-buffer is out of date.
     picture_changed: bool,
     world_offset: [f64; 3],
@@ -114,6 +122,8 @@ impl Host {
             lights: options.scene.lights.clone(),
             scene: options.scene,
             camera: camera.clone(),
+            shadow_edge: options.shadow_maps,
+            shadow_maps: None,
             picture_changed: true,
             world_offset: options.world_offset,
             frames: 0,
@@ -161,13 +171,41 @@ impl Host {
         self.raster.place(self.instances.values(), self.frames)?;
         self.shadows = None;
         self.picture_changed = true;
-        Ok(())
+        self.forget_shadow_maps()
     }
 
     /// Replaces all lights and the sky.
     pub fn set_lights(&mut self, lights: Vec<Light>, sky: Sky) -> Result<()> {
         upload::lights(&mut self.context, &lights, sky, self.world_offset)?;
         self.lights = lights;
+        self.forget_shadow_maps()
+    }
+
+    /// They are drawn anew in the next frame. Waits for the GPU, which may still read them.
+    fn forget_shadow_maps(&mut self) -> Result<()> {
+        if self.shadow_maps.is_some() {
+            self.gpu.wait_idle()?;
+            self.shadow_maps = None;
+        }
+        Ok(())
+    }
+
+    /// Draws the shadow maps if there are to be some and they are out of date, and hands them over.
+    ///
+    /// # Safety
+    /// As of [`Self::record_passes`].
+    unsafe fn record_shadow_maps(&mut self, encoder: &mut hal::CommandEncoder) -> Result<()> {
+        if self.shadow_edge == 0 || self.shadow_maps.is_some() {
+            return Ok(());
+        }
+        let (edge, lights) = (self.shadow_edge, &self.lights);
+        let mut atlas = ShadowAtlas::new(&self.gpu, edge, lights, &self.scene.meshes, self.instances.values())?;
+        // SAFETY: by the caller; the atlas lives until nothing reads it.
+        unsafe {
+            atlas.record(encoder, &self.raster)?;
+            self.context.set_shadow_maps(&atlas.maps(self.world_offset))?;
+        }
+        self.shadow_maps = Some(atlas);
         Ok(())
     }
 
@@ -293,6 +331,7 @@ impl Host {
                 self.gbuffer.record(encoder, &self.raster, &self.camera)?;
                 self.picture_changed = false;
             }
+            self.record_shadow_maps(encoder)?;
             let commands = encoder.raw_handle();
             self.output.transition(commands, Use::Storage, true);
             self.context.dispatch(&FrameInputs {

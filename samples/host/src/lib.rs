@@ -15,6 +15,7 @@ mod raster;
 mod readback;
 pub mod reference;
 pub mod scene;
+mod shadows;
 mod target;
 mod upload;
 mod validation;

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::mem::offset_of;
 use std::ops::Range;
 use std::sync::Arc;
-use wgpu_hal::{Device as _, vulkan as hal};
+use wgpu_hal::{CommandEncoder as _, Device as _, vulkan as hal};
 use wgpu_types as wgt;
 
 /// Formats of the colour attachments, in the order of the shader's outputs.
@@ -66,7 +66,8 @@ pub(crate) struct Raster {
     group: Option<hal::BindGroup>,
     layout: Option<hal::PipelineLayout>,
     shader: Option<hal::ShaderModule>,
-    pipeline: Option<hal::RenderPipeline>,
+    /// Of the G-buffer, and of depth alone.
+    pipelines: Vec<hal::RenderPipeline>,
 }
 
 impl Raster {
@@ -83,10 +84,10 @@ impl Raster {
             group: None,
             layout: None,
             shader: None,
-            pipeline: None,
+            pipelines: Vec::new(),
         };
         raster.upload(scene)?;
-        raster.bind()?;
+        raster.make_group()?;
         raster.compile()?;
         Ok(raster)
     }
@@ -122,20 +123,22 @@ impl Raster {
         }
     }
 
-    pub(crate) fn vertices(&self) -> &hal::Buffer {
-        &self.buffers[0]
-    }
-
-    pub(crate) fn instances(&self) -> &hal::Buffer {
-        self.instances.as_ref().expect("placed since creation")
+    /// Binds everything but the pipeline.
+    ///
+    /// # Safety
+    /// `encoder` is recording a pass, which is over before anything of this is dropped.
+    pub(crate) unsafe fn bind(&self, encoder: &mut hal::CommandEncoder) {
+        let whole = |buffer| wgpu_hal::BufferBinding::new_unchecked(buffer, 0, None);
+        // SAFETY: by the caller.
+        unsafe {
+            encoder.set_bind_group(self.layout(), 0, self.group.as_ref().expect("present since creation"), &[]);
+            encoder.set_vertex_buffer(0, whole(&self.buffers[0]));
+            encoder.set_vertex_buffer(1, whole(self.instances.as_ref().expect("placed since creation")));
+        }
     }
 
     pub(crate) fn draws(&self) -> &[Draw] {
         &self.draws
-    }
-
-    pub(crate) fn group(&self) -> &hal::BindGroup {
-        self.group.as_ref().expect("present since creation")
     }
 
     pub(crate) fn layout(&self) -> &hal::PipelineLayout {
@@ -143,7 +146,12 @@ impl Raster {
     }
 
     pub(crate) fn pipeline(&self) -> &hal::RenderPipeline {
-        self.pipeline.as_ref().expect("present since creation")
+        &self.pipelines[0]
+    }
+
+    /// Draws depth alone.
+    pub(crate) fn depth_pipeline(&self) -> &hal::RenderPipeline {
+        &self.pipelines[1]
     }
 
     fn upload(&mut self, scene: &Scene) -> Result<()> {
@@ -162,7 +170,7 @@ impl Raster {
         Ok(())
     }
 
-    fn bind(&mut self) -> Result<()> {
+    fn make_group(&mut self) -> Result<()> {
         let entry = |binding| wgt::BindGroupLayoutEntry {
             binding,
             visibility: wgt::ShaderStages::FRAGMENT,
@@ -216,7 +224,9 @@ impl Raster {
         // SAFETY: 80 bytes of push constants are within every device's limit of 128.
         let layout = unsafe { self.gpu.device.create_pipeline_layout(&layout) };
         let layout = &*self.layout.insert(layout.map_err(Error::gpu("creating a pipeline layout"))?);
-        self.pipeline = Some(create_pipeline(&self.gpu, layout, shader)?);
+        for fragments in [true, false] {
+            self.pipelines.push(create_pipeline(&self.gpu, layout, shader, fragments)?);
+        }
         Ok(())
     }
 }
@@ -226,7 +236,7 @@ impl Drop for Raster {
         let device = &self.gpu.device;
         // SAFETY: the host waits for the queue before it drops this; children go before parents.
         unsafe {
-            self.pipeline.take().into_iter().for_each(|p| device.destroy_render_pipeline(p));
+            self.pipelines.drain(..).for_each(|p| device.destroy_render_pipeline(p));
             self.layout.take().into_iter().for_each(|l| device.destroy_pipeline_layout(l));
             self.shader.take().into_iter().for_each(|s| device.destroy_shader_module(s));
             self.group.take().into_iter().for_each(|g| device.destroy_bind_group(g));
@@ -299,7 +309,12 @@ fn attributes<const N: usize>(
     })
 }
 
-fn create_pipeline(gpu: &Gpu, layout: &hal::PipelineLayout, shader: &hal::ShaderModule) -> Result<hal::RenderPipeline> {
+fn create_pipeline(
+    gpu: &Gpu,
+    layout: &hal::PipelineLayout,
+    shader: &hal::ShaderModule,
+    fragments: bool,
+) -> Result<hal::RenderPipeline> {
     let (vertex_attributes, instance_attributes) = (vertex_attributes(), instance_attributes());
     let constants = naga::back::PipelineConstants::default();
     let stage = |entry_point| wgpu_hal::ProgrammableStage {
@@ -309,6 +324,7 @@ fn create_pipeline(gpu: &Gpu, layout: &hal::PipelineLayout, shader: &hal::Shader
         zero_initialize_workgroup_memory: false,
     };
     let color = |format| Some(wgt::ColorTargetState { format, blend: None, write_mask: wgt::ColorWrites::ALL });
+    let colors = COLOR_FORMATS.map(color);
     let description = wgpu_hal::RenderPipelineDescriptor {
         label: Some("gbuffer"),
         layout,
@@ -336,8 +352,8 @@ fn create_pipeline(gpu: &Gpu, layout: &hal::PipelineLayout, shader: &hal::Shader
             bias: wgt::DepthBiasState::default(),
         }),
         multisample: wgt::MultisampleState::default(),
-        fragment_stage: Some(stage("surface")),
-        color_targets: &COLOR_FORMATS.map(color),
+        fragment_stage: fragments.then(|| stage("surface")),
+        color_targets: if fragments { &colors } else { &[] },
         multiview_mask: None,
         cache: None,
     };

@@ -63,6 +63,28 @@ impl Target {
         usage: wgt::TextureUses,
         size: [u32; 2],
     ) -> Result<Self> {
+        Self::with_view(gpu, label, format, usage, size, wgt::TextureViewDimension::D2)
+    }
+
+    /// Seen as an array of one layer.
+    pub(crate) fn array(
+        gpu: &Arc<Gpu>,
+        label: &'static str,
+        format: wgt::TextureFormat,
+        usage: wgt::TextureUses,
+        size: [u32; 2],
+    ) -> Result<Self> {
+        Self::with_view(gpu, label, format, usage, size, wgt::TextureViewDimension::D2Array)
+    }
+
+    fn with_view(
+        gpu: &Arc<Gpu>,
+        label: &'static str,
+        format: wgt::TextureFormat,
+        usage: wgt::TextureUses,
+        size: [u32; 2],
+        dimension: wgt::TextureViewDimension,
+    ) -> Result<Self> {
         let usage = usage | wgt::TextureUses::COPY_SRC;
         let description = wgpu_hal::TextureDescriptor {
             label: Some(label),
@@ -82,7 +104,7 @@ impl Target {
         let view = wgpu_hal::TextureViewDescriptor {
             label: Some(label),
             format,
-            dimension: wgt::TextureViewDimension::D2,
+            dimension,
             usage: usage - wgt::TextureUses::COPY_SRC - wgt::TextureUses::COPY_DST,
             range: wgt::ImageSubresourceRange::default(),
         };

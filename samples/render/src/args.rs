@@ -77,6 +77,9 @@ pub struct Args {
     /// Whether faces that neither light nor eye can reach go unlit where memory is short
     #[arg(long)]
     pub region_culling: Option<bool>,
+    /// Edge in texels of shadow maps that the host draws of sun, points and spots, for brickgi to read; 0: shadows are rays
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=4096))]
+    pub shadow_maps: u32,
     /// Command buffers on the GPU at once
     #[arg(long, default_value_t = 2)]
     pub frames_in_flight: u32,

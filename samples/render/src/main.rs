@@ -41,6 +41,7 @@ fn render(args: &Args) -> Result<()> {
         settings: settings.clone(),
         frames_in_flight: args.frames_in_flight,
         validation: args.validate,
+        shadow_maps: args.shadow_maps,
         ..HostOptions::new(scene)
     })?;
     let out = output_folder(args, &host);

@@ -59,7 +59,7 @@ fn a_world_in_which_nothing_changes_records_no_pass() {
         world.frame(&mut scope, scene, DVec3::ZERO, DMat4::IDENTITY).expect("a frame");
         let frame = scope.frame;
         let mut player = Player::default();
-        world.bind(0, &mut player);
+        world.bind(0, scene, &mut player);
         gpu.play(&frame, player, &mut slots[0]);
         frame
     };

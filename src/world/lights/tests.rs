@@ -1,66 +1,13 @@
 //! What lights bring to the faces of a floor, against closed forms.
 
-use crate::scene::{InstanceDesc, Light, MaterialDesc, MeshDesc, MeshUpdate};
+use crate::scene::{InstanceDesc, Light, MeshUpdate};
 use crate::settings::Settings;
 use crate::twin::random::Random;
+use crate::world::floor::{FLOOR, HALF, MOMENTS, SHIFTED, UP, cosine_over_square, lit_floor, live, quad};
 use crate::world::histories::{Live, update};
 use glam::{DVec3, IVec3};
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_3, PI};
-
-const ALBEDO: f32 = 0.5;
-/// Half the floor's edge, metres.
-const HALF: f32 = 4.0;
-const FLOOR: f32 = 0.1;
-/// The side of the floor's voxels that looks up.
-const UP: usize = 3;
-/// At which a face is looked at: the running average of one that sees much of a light from near is not quiet.
-const MOMENTS: u32 = 12;
-const SHIFTED: [f32; 3] = [0.37, 0.61, 0.23];
-
-/// A level quad: x and z of two corners, and its height.
-fn quad([x0, z0, x1, z1]: [f32; 4], y: f32) -> [[f32; 3]; 4] {
-    [[x0, y, z0], [x1, y, z0], [x1, y, z1], [x0, y, z1]]
-}
-
-/// A world of level quads, loaded.
-fn live(settings: Settings, quads: &[[[f32; 3]; 4]]) -> Live {
-    let settings = Settings { bounce_rays: 0, coverage_groups: [4, 2, 4], ..settings };
-    let mut live = Live::new(settings);
-    let positions = quads.concat();
-    let indices: Vec<u32> = (0..quads.len() as u32).flat_map(|q| [0, 2, 1, 0, 3, 2].map(|i| 4 * q + i)).collect();
-    let linear = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    update(
-        &mut live.world,
-        &mut live.scene,
-        &MeshUpdate {
-            materials: &[MaterialDesc { id: 0, base_color: [ALBEDO; 3], ..MaterialDesc::default() }],
-            meshes: &[MeshDesc { id: 0, positions: &positions, uvs: &[], indices: &indices }],
-            instances: &[InstanceDesc { id: 0, mesh: 0, material: 0, linear, translation: [0.0; 3] }],
-            ..MeshUpdate::default()
-        },
-    );
-    live.settle();
-    live
-}
-
-/// Irradiance that the floor's faces come to, with their voxels: the mean of so many moments.
-fn lit_floor(live: &mut Live, lights: &[Light], moments: u32) -> BTreeMap<[i32; 3], f64> {
-    lights.iter().for_each(|light| light.check().expect("a valid light"));
-    live.scene.lights = lights.to_vec();
-    live.world.lights_changed();
-    let level = live.world.grid.to_voxels(DVec3::Y * f64::from(FLOOR)).y.floor() as i32;
-    let mut floor = BTreeMap::new();
-    (0..32).for_each(|_| live.frame());
-    for _ in 0..moments {
-        (0..8).for_each(|_| live.frame());
-        for (cell, _, radiance) in live.radiance().iter().filter(|(cell, side, _)| *side == UP && cell.y == level) {
-            *floor.entry(cell.to_array()).or_default() +=
-                f64::from(radiance.y) * PI / f64::from(ALBEDO) / f64::from(moments);
-        }
-    }
-    floor
-}
 
 /// Mean of a field over a face of the floor.
 fn over_face(live: &Live, cell: IVec3, field: impl Fn(DVec3) -> f64) -> f64 {
@@ -88,12 +35,6 @@ fn assert_field(light: Light, field: impl Fn(DVec3) -> f64) {
     println!("{light:?}: flux {:+.3} %, worst face {:.2} %", 100.0 * (sum / truth - 1.0), 100.0 * worst);
     assert!((sum / truth - 1.0).abs() < 0.005, "flux {sum}, not {truth}");
     assert!(worst < 0.03, "a face is off by {worst}");
-}
-
-/// cos / d^2 of a point above the floor.
-fn cosine_over_square(position: DVec3, p: DVec3) -> f64 {
-    let v = position - p;
-    v.y / v.length().powi(3)
 }
 
 #[test]
