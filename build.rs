@@ -14,6 +14,11 @@ use std::path::{Path, PathBuf};
 
 /// Text of a shader, and what replaces it.
 type Change = (&'static str, &'static str);
+/// The output image has 32 bits a channel.
+const FLOAT32: Change = ("rgba16float", "rgba32float");
+/// What rays find has not bounced before.
+const ONCE: Change =
+    ("e += hit_radiance(hit, direction);", "e += sent_directly(hit, start.xyz, direction, face.seed, index);");
 /// There are lights with an extent.
 const AREAS: Change = ("const AREAS: bool = false;", "const AREAS: bool = true;");
 /// The host has shadow maps.
@@ -21,7 +26,9 @@ const MAPS: Change = ("let said = MAP_SILENT;", "let said = ask_map(light, p, no
 
 /// Pipelines made from another pass's source: (pass, new name, changes).
 const PERMUTATIONS: &[(&str, &str, &[Change])] = &[
-    ("resolve", "resolve_float32", &[("rgba16float", "rgba32float")]),
+    ("resolve", "resolve_float32", &[FLOAT32]),
+    ("debug_view", "debug_view_float32", &[FLOAT32]),
+    ("light_bounce", "light_bounce_once", &[AREAS, ONCE]),
     ("light_direct", "light_direct_areas", &[AREAS]),
     ("light_direct", "light_direct_maps", &[AREAS, MAPS]),
     ("light_direct_many", "light_direct_many_areas", &[AREAS]),

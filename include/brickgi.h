@@ -135,7 +135,7 @@ typedef struct BgiSettings {
     /// framesInFlight must leave room for a brick, else BGI_ERROR_OUT_OF_MEMORY.
     uint64_t memoryBudget;
     /// Voxel faces lit a frame, 64 to 4194240; default 131072. The main cost of lighting. At most what an eighth of
-    /// memoryBudget holds at 12 bytes a face.
+    /// memoryBudget holds at 12 bytes a face. A brick with more of them (3072 at most) is lit alone.
     uint32_t lightFacesPerFrame;
     /// Hemisphere rays a face shoots per lighting update, 0 to 64; default 4. 0 turns radiosity off.
     uint32_t bounceRays;
@@ -165,6 +165,9 @@ typedef struct BgiSettings {
     /// Lights that each of a face's directSamples asks at most, 1 to 4096; default 4. Of more, it asks some by chance, the
     /// more often the more they bring: the mean is the same, and a face costs directSamples times directLights rays at most.
     uint32_t directLights;
+    /// 1: bounceRays find light that comes straight from lights, sky and emitters alone. Costs a shadow ray more for each
+    /// that hits, towards one of the lights, drawn evenly. 0: light of any number of bounces; the default.
+    uint32_t singleBounce;
 } BgiSettings;
 
 /// Severity of a log line: one of BGI_LOG_*.
@@ -584,7 +587,10 @@ typedef struct BgiCamera {
     float projection[4][4];
 } BgiCamera;
 
-/// One view's frame. Every field but pNext is required.
+/// What the output shows: one of BGI_DEBUG_VIEW_*.
+typedef uint32_t BgiDebugView;
+
+/// One view's frame. Every field but pNext and debugView is required.
 ///
 /// Images on entry, made so by the host's barrier: written and visible to VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with
 /// VK_ACCESS_SHADER_READ_BIT (depth, normal) or VK_ACCESS_SHADER_WRITE_BIT (output). On exit their layouts are as on
@@ -618,6 +624,9 @@ typedef struct BgiDispatchInfo {
     uint32_t width;
     /// Height of the rendered region in pixels; 1 to the view's height.
     uint32_t height;
+    /// What the output shows instead of E_ind: BGI_DEBUG_VIEW_NONE, or a picture for the host's developer. The first
+    /// such call on a context creates a pipeline.
+    BgiDebugView debugView;
 } BgiDispatchInfo;
 
 /// GPU time of one pass.
@@ -853,6 +862,28 @@ typedef struct BgiStats {
 
 /// A rectangle: `position`, `halfAxisU`, `halfAxisV`, `radiance`, `twoSided`.
 #define BGI_LIGHT_TYPE_RECTANGLE 5
+
+/// E_ind.
+#define BGI_DEBUG_VIEW_NONE 0
+
+/// A colour for each brick, a shade for each of its voxels.
+#define BGI_DEBUG_VIEW_BRICKS 1
+
+/// Albedo of the voxel face that a ray of the camera hits, 0 to 1; 0 where it hits none.
+#define BGI_DEBUG_VIEW_ALBEDO 2
+
+/// Normal of that face's plane in world space, halved, plus 0.5.
+#define BGI_DEBUG_VIEW_NORMALS 3
+
+/// What that face sends out (radiance, in the lights' unit): the light that the gather finds there. The sky's where there
+/// is none.
+#define BGI_DEBUG_VIEW_RADIANCE 4
+
+/// Cells that the ray visits: black 0, blue 32, green 64, red 96, white 128 and more.
+#define BGI_DEBUG_VIEW_STEPS 5
+
+/// Frames that the pixel has averaged, of those that it may: 0 to 1.
+#define BGI_DEBUG_VIEW_HISTORY 6
 
 #ifdef __cplusplus
 extern "C" {

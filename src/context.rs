@@ -2,9 +2,12 @@
 
 use crate::error::{Error, Result};
 use crate::frame::Frame;
+use crate::gpu::shared::{DEBUG_ALBEDO, DEBUG_BRICKS, DEBUG_HISTORY, DEBUG_NORMALS, DEBUG_RADIANCE, DEBUG_STEPS};
 use crate::gpu::{Device, Pipelines, Player, Slot, Target};
 use crate::parallel::{ParallelFor, Workers};
 use crate::passes::bricks::VOXELIZE_PASSES;
+use crate::passes::light::bounce_pass;
+use crate::passes::probes::{debug_pass, debug_view, gather};
 use crate::scene::{Camera, Light, MeshUpdate, Scene, ShadowMap, Sky, SkyImage, Triangles, check_shadow_maps};
 use crate::settings::Settings;
 use crate::view::{FrameShape, View};
@@ -54,6 +57,30 @@ pub struct ContextDesc {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ViewId(pub u64);
 
+/// What the output shows in place of E_ind, for the host's developer. E_ind is worked out all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum DebugView {
+    /// A colour for each brick, a shade for each of its voxels.
+    Bricks = DEBUG_BRICKS,
+    /// Albedo of the voxel face that a ray of the camera hits, 0 to 1; 0 where it hits none.
+    Albedo = DEBUG_ALBEDO,
+    /// Normal of that face's plane in world space, halved, plus 0.5.
+    Normals = DEBUG_NORMALS,
+    /// What that face sends out (radiance, in the lights' unit): the light that the gather finds there. The sky's where
+    /// there is none.
+    Radiance = DEBUG_RADIANCE,
+    /// Cells that the ray visits: black 0, blue 32, green 64, red 96, white 128 and more.
+    Steps = DEBUG_STEPS,
+    /// Frames that the pixel has averaged, of those that it may: 0 to 1.
+    History = DEBUG_HISTORY,
+}
+
+impl DebugView {
+    /// Every one.
+    pub const ALL: [Self; 6] = [Self::Bricks, Self::Albedo, Self::Normals, Self::Radiance, Self::Steps, Self::History];
+}
+
 /// One frame's inputs and output for [`Context::dispatch`].
 ///
 /// Only compute work is recorded, outside a render pass. Clobbered: the compute pipeline, compute descriptor sets and
@@ -78,6 +105,8 @@ pub struct FrameInputs {
     pub output: vk::ImageView,
     /// Whether `output` is R32G32B32A32_SFLOAT (else R16G16B16A16_SFLOAT).
     pub output_float32: bool,
+    /// What the output shows instead of E_ind. The first such dispatch creates a pipeline.
+    pub debug_view: Option<DebugView>,
     /// Width of the rendered region in pixels (at most the view's).
     pub width: u32,
     /// Height of the rendered region in pixels (at most the view's).
@@ -212,6 +241,7 @@ impl Context {
             pipelines: Pipelines::new(&device)?,
             device,
         };
+        context.pipelines.add(&context.device, bounce_pass(&context.settings))?;
         for _ in 0..desc.frames_in_flight {
             let slot = Slot::new(&context.device)?;
             context.slots.push(slot);
@@ -304,7 +334,7 @@ impl Context {
         let limit = u64::from(self.device.limits.max_storage_buffer_range);
         let probes =
             u64::from(width.div_ceil(self.settings.probe_tile)) * u64::from(height.div_ceil(self.settings.probe_tile));
-        if u64::from(width) * u64::from(height) * 12 > limit || probes * 512 > limit || probes * 9 > 64 * 65_535 {
+        if u64::from(width) * u64::from(height) * 12 > limit || probes * 144 > limit || probes > 65_535 * 64 {
             return Err(Error::invalid(
                 "the view has more pixels or probes than the device's buffers and dispatches hold",
             ));
@@ -347,6 +377,9 @@ impl Context {
             return Err(Error::invalid("command_buffer, depth, normal and output must not be null"));
         }
         let camera = view.camera.ok_or_else(|| Error::invalid("the view has no camera yet"))?;
+        if inputs.debug_view.is_some() {
+            self.pipelines.add(&self.device, debug_pass(inputs.output_float32))?;
+        }
         view.drawn = Some(self.frame_index);
 
         let index = self.frame_index as usize % self.slots.len();
@@ -372,7 +405,10 @@ impl Context {
         };
         let view = self.views.get_mut(&inputs.view.0).expect("found above");
         let uniform = view.uniform(&camera, eye - self.world.window_voxels(), &shape);
-        crate::passes::probes::gather(&mut frame, &uniform, self.frame_index, inputs.output_float32);
+        gather(&mut frame, &uniform, self.frame_index, inputs.output_float32);
+        if let Some(shown) = inputs.debug_view {
+            debug_view(&mut frame, &uniform, shown, inputs.output_float32);
+        }
 
         self.world.bind(index, &self.scene, &mut self.player);
         view.bind(inputs, &mut self.player.bound);

@@ -19,7 +19,7 @@
 //! |---|---|
 //! | bricks | `brick_compact`, `brick_commit`, `grid_update`, `voxel_mark`, `voxelize`, `face_resolve` |
 //! | lighting | `face_compact`, then `light_direct`, `light_bounce`, `light_store` for each sweep |
-//! | probes | `probe_place`, `probe_trace`, `probe_filter` |
+//! | probes | `probe_place`, `probe_trace` |
 //! | resolve | `resolve` |
 //!
 //! ## The folders
@@ -57,7 +57,8 @@ mod view;
 mod world;
 
 pub use context::{
-    Context, ContextDesc, DeviceHandles, DeviceRequirements, FrameInputs, PassTime, ResourceSize, Stats, ViewId,
+    Context, ContextDesc, DebugView, DeviceHandles, DeviceRequirements, FrameInputs, PassTime, ResourceSize, Stats,
+    ViewId,
 };
 pub use error::{Error, Result};
 pub use parallel::ParallelFor;

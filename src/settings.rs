@@ -53,10 +53,13 @@ pub struct Settings {
     /// kept beside what is left.
     pub simplify_voxels: f32,
     /// Voxel faces lit a frame, 64 to 4 194 240; default 131 072. The main cost of lighting. At most what an eighth of
-    /// `memory_budget` holds at 12 bytes a face.
+    /// `memory_budget` holds at 12 bytes a face. A brick with more of them (3 072 at most) is lit alone.
     pub light_faces_per_frame: u32,
     /// Hemisphere rays a face shoots per lighting update, 0 to 64; default 4. 0 turns radiosity off.
     pub bounce_rays: u32,
+    /// Whether these rays find light that comes straight from lights, sky and emitters alone; default false: light of any
+    /// number of bounces. Costs a shadow ray more for each that hits, towards one of the lights, drawn evenly.
+    pub single_bounce: bool,
     /// Shadow samples a face and light takes per lighting update, 1 to 16; default 2.
     pub direct_samples: u32,
     /// Lights that each of these samples asks at most, 1 to 4096; default 4. Of more, it asks some by chance, the more often
@@ -88,6 +91,7 @@ impl Default for Settings {
             simplify_voxels: 0.0,
             light_faces_per_frame: 131_072,
             bounce_rays: 4,
+            single_bounce: false,
             direct_samples: 2,
             direct_lights: 4,
             hit_model: HitModel::Plane,

@@ -2,7 +2,7 @@
 
 use crate::context::{FrameInputs, ResourceSize};
 use crate::error::{Error, Result};
-use crate::gpu::shared::View as ViewUniform;
+use crate::gpu::shared::{LOBE_WORDS, View as ViewUniform};
 use crate::gpu::{Bound, Buffer, Device, Location};
 use crate::scene::Camera;
 use ash::vk;
@@ -10,8 +10,8 @@ use glam::{DMat4, DVec3, Mat4, UVec2};
 use rustc_hash::FxHashMap;
 
 /// Buffers whose contents live from frame to frame, or that only this view needs.
-pub const VIEW_BUFFERS: [&str; 6] =
-    ["history_a", "history_b", "probes", "probe_rays", "probe_guides", "probe_irradiance"];
+pub const VIEW_BUFFERS: [&str; 7] =
+    ["history_a", "history_b", "probe_lobes_a", "probe_lobes_b", "probes", "probe_guides", "probe_irradiance"];
 
 /// A camera's state.
 pub struct View {
@@ -32,7 +32,8 @@ impl View {
     pub fn new(device: &Device, size: UVec2, tile: u32) -> Result<Self> {
         let tiles = size.map(|s| s.div_ceil(tile));
         let (pixels, probes) = (u64::from(size.x) * u64::from(size.y), u64::from(tiles.x) * u64::from(tiles.y));
-        let sizes = [pixels * 12, pixels * 12, probes * 32, probes * 512, probes * 16, probes * 144];
+        let lobes = probes * 4 * u64::from(LOBE_WORDS);
+        let sizes = [pixels * 12, pixels * 12, lobes, lobes, probes * 32, probes * 16, probes * 144];
         let mut view =
             Self { size, buffers: Vec::new(), camera: None, drawn: None, previous: None, loads: 0, flipped: false };
         for bytes in sizes {
@@ -92,9 +93,11 @@ impl View {
         for (name, buffer) in VIEW_BUFFERS.iter().zip(&self.buffers) {
             bound.insert(name, Bound::Buffer(buffer.raw, 0, buffer.size));
         }
-        let history = [0, 1].map(|k| Bound::Buffer(self.buffers[k].raw, 0, self.buffers[k].size));
-        bound.insert("history_out", history[usize::from(self.flipped)]);
-        bound.insert("history_in", history[usize::from(!self.flipped)]);
+        for (first, [input, output]) in [(0, ["history_in", "history_out"]), (2, ["lobes_in", "lobes_out"])] {
+            let pair = [0, 1].map(|k| &self.buffers[first + k]).map(|b| Bound::Buffer(b.raw, 0, b.size));
+            bound.insert(output, pair[usize::from(self.flipped)]);
+            bound.insert(input, pair[usize::from(!self.flipped)]);
+        }
         let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
         bound.insert("depth_image", Bound::Image(inputs.depth, read));
         bound.insert("normal_image", Bound::Image(inputs.normal, read));

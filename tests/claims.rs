@@ -404,6 +404,25 @@ fn a_brick_of_many_triangles_counts_against_the_budget() {
     }
 }
 
+/// A light that is switched has brought nine tenths of what it will after ten frames, at default rates.
+#[test]
+fn a_switched_light_is_soon_felt() {
+    let scene = scene("two_rooms_door");
+    let mut host = open(&scene, "a", Settings { voxel_size: 0.25, ..Settings::default() });
+    let mean_after = |host: &mut Host, frames: u32| {
+        let pixels = run(host, frames).0.pixels;
+        pixels.iter().map(|p| luminance(*p)).sum::<f64>() / pixels.len() as f64
+    };
+    let on = mean_after(&mut host, 64);
+    host.set_lights(Vec::new(), scene.sky).expect("no lights");
+    let dark = [10, 54].map(|frames| mean_after(&mut host, frames));
+    host.set_lights(scene.lights.clone(), scene.sky).expect("valid lights");
+    let lit = [10, 54].map(|frames| mean_after(&mut host, frames));
+    println!("on {on:.4}, off {dark:.4?} after 10 and 64 frames, on again {lit:.4?}");
+    assert!(dark[0] < 0.1 * on && dark[1] < 0.001 * on, "{dark:?} of {on}");
+    assert!((lit[0] / on - 1.0).abs() < 0.1 && (lit[1] / on - 1.0).abs() < 0.01, "{lit:?} of {on}");
+}
+
 /// What three sealed rooms in four do not fit into, all their faces lit.
 const ROOMS_BUDGET: u64 = MIB / 64 * 71;
 /// What two of them do fit into.

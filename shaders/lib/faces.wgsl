@@ -68,7 +68,7 @@ fn mirrored(face: Face, side: u32, p: vec3<f32>) -> vec3<f32> {
 fn face_point(face: Face, u: vec2<f32>, seed: u32) -> vec4<f32> {
     let axis = face.side >> 1u;
     let corner = vec3<f32>(face.cell);
-    if frame.hit_model == 1u { return vec4<f32>(corner + cube_point(face, u), 1.0); }
+    if at_run_time(frame.hit_model, face.side) == 1u { return vec4<f32>(corner + cube_point(face, u), 1.0); }
     let mask = voxel_mask(face.voxel, face.side);
     let middle = on_plane(face.plane, axis, mask_middle(mask));
     let lift = face.plane.normal * 0.02;
@@ -115,6 +115,6 @@ fn cube_point(face: Face, u: vec2<f32>) -> vec3<f32> {
 
 // The normal that a face is lit with.
 fn face_normal(face: Face) -> vec3<f32> {
-    if frame.hit_model == 1u { return side_normal(face.side); }
+    if at_run_time(frame.hit_model, face.side) == 1u { return side_normal(face.side); }
     return face.plane.normal;
 }

@@ -39,9 +39,12 @@ const FACE_ERROR: f32 = 0.25;
 
 // Bound on the cells that a ray visits: every voxel on the longest way through the largest window (64 groups a side).
 const MAX_STEPS: u32 = 6144u;
+// Cells that the last ray visited.
+var<private> trace_steps: u32;
 
 // Traces along a unit `direction` up to `t_max` voxels.
 fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
+    trace_steps = 0u;
     let origin = start.point;
     let d = select(direction, vec3<f32>(1e-7), abs(direction) < vec3<f32>(1e-7));
     let inverse = 1.0 / d;
@@ -77,6 +80,7 @@ fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
     var block = Block();
 
     for (var step = 0u; step < MAX_STEPS; step++) {
+        trace_steps = step + 1u;
         if any(cell < vec3<i32>(0)) || any(cell > top) || t > t_end { break; }
         let g = cell >> vec3<u32>(5u);
         if any(g != group) {
@@ -125,7 +129,7 @@ fn trace(start: Start, direction: vec3<f32>, t_max: f32) -> Hit {
         if !voxel.found {
             front = vec3<bool>(false);
             through = vec3<bool>(false);
-        } else if frame.hit_model == 0u {
+        } else if at_run_time(frame.hit_model, u32(cell.x)) == 0u {
             let base = vec3<f32>(cell);
             let p_in = origin + d * t - base;
             let p_out = origin + d * t_exit - base;

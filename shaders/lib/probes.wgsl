@@ -51,12 +51,6 @@ fn hemi_octahedral(square: vec2<f32>) -> vec4<f32> {
     return vec4<f32>(v * inverseSqrt(length2), 2.0 / (length2 * sqrt(length2)));
 }
 
-// Direction of a probe's ray about its normal, and the solid angle of its cell times 64: jittered in its cell.
-fn probe_direction(probe: u32, ray: u32, frame_index: u32) -> vec4<f32> {
-    let jitter = r2(pcg(probe * 64u + ray), frame_index);
-    return hemi_octahedral((vec2<f32>(vec2<u32>(ray & 7u, ray >> 3u)) + jitter) / 8.0);
-}
-
 // Direction about +z (z >= 0) to the unit square.
 fn hemi_square(v: vec3<f32>) -> vec2<f32> {
     let p = v.xy / max(abs(v.x) + abs(v.y) + max(v.z, 0.0), 1e-6);

@@ -9,7 +9,7 @@
 
 // The ray must have started where light or eye reaches.
 fn ask_for_light(hit: Hit) {
-    if frame.unreached == 0u || hit.kind == MISS || is_lit(find_voxel(hit.cell), hit.side) { return; }
+    if at_run_time(frame.unreached, hit.side) == 0u || hit.kind == MISS || is_lit(find_voxel(hit.cell), hit.side) { return; }
     let front = hit.cell + vec3<i32>(side_normal(hit.side));
     if any(front < vec3<i32>(0)) || find_voxel(front).found { return; }
     let brick = vec3<u32>(front) >> vec3<u32>(3u);

@@ -3,14 +3,16 @@
 #import lib/pack.wgsl
 #import shared/limits.wgsl
 #import shared/frame.wgsl
+#import lib/run_time.wgsl
 
 // Octahedral map of RGB9E5 words, row by row, four in each vector; only that of an image is as large as it says. A uniform
 // buffer: `resolve` has all the storage buffers that a phone allows.
 @res var<uniform> sky_map: array<vec4<u32>, SKY_EDGE * SKY_EDGE / 4u>;
 
 fn sky_radiance(direction: vec3<f32>) -> vec3<f32> {
-    if frame.sky_kind == SKY_CONSTANT { return frame.sky; }
-    if frame.sky_kind == SKY_GRADIENT {
+    let kind = at_run_time(frame.sky_kind, bitcast<u32>(abs(direction.x)));
+    if kind == SKY_CONSTANT { return frame.sky; }
+    if kind == SKY_GRADIENT {
         let height = dot(direction, frame.sky_x);
         return mix(frame.sky_y, select(frame.sky_z, frame.sky, height > 0.0), min(abs(height), 1.0));
     }

@@ -6,6 +6,7 @@
 #import shared/limits.wgsl
 #import shared/frame.wgsl
 #import lib/brick.wgsl
+#import lib/run_time.wgsl
 
 @res var<uniform> frame: Frame;
 @res var<storage, read> world_grid: array<u32>;

@@ -4,6 +4,7 @@
 #import shared/limits.wgsl
 #import lib/triangles.wgsl
 #import lib/scan.wgsl
+#import lib/run_time.wgsl
 
 struct FaceResolvePush {
     first_brick: u32,
@@ -82,6 +83,7 @@ fn voxel_word(batch: u32, reach: u32, cell: vec3<i32>) -> u32 {
     let state = state_at(batch, cell);
     let surface = state & 63u;
     if surface == 0u { return 0u; }
+    let hit_model = at_run_time(push.hit_model, surface);
     var sides = surface;
     var lit = 0u;
     for (var side = 0u; side < 6u; side++) {
@@ -89,7 +91,7 @@ fn voxel_word(batch: u32, reach: u32, cell: vec3<i32>) -> u32 {
         let front_cell = cell + vec3<i32>(side_normal(side));
         let front = state_at(batch, front_cell);
         let open = (front & 63u) == 0u;
-        if push.hit_model == 1u && open { sides |= bit; }
+        if hit_model == 1u && open { sides |= bit; }
         if (sides & bit) == 0u { continue; }
         // A closed face is lit itself unless a thin wall lies in its voxel or in the one in front.
         let walls = ((state | front) >> 6u) & 7u & ~(1u << (side >> 1u));
@@ -98,7 +100,7 @@ fn voxel_word(batch: u32, reach: u32, cell: vec3<i32>) -> u32 {
             atomicAdd(&unreached, 1u);
             continue;
         }
-        if open || (push.hit_model == 0u && (emits || walls == 0u)) { lit |= bit; }
+        if open || (hit_model == 0u && (emits || walls == 0u)) { lit |= bit; }
     }
     return sides | (lit << 6u) | (((state >> 16u) & 1u) << 30u) | (((state >> 15u) & 1u) << 31u);
 }

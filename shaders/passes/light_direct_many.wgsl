@@ -74,12 +74,14 @@ fn direct(index: u32, count: u32) -> vec2<u32> {
     let normal = face_normal(face);
     var e = vec3<f32>(0.0);
     var samples = 0u;
-    for (var s = 0u; s < frame.direct_samples; s++) {
-        let time = push.update * frame.direct_samples + s;
+    let sample_count = at_run_time(frame.direct_samples, index);
+    let parts = at_run_time(frame.direct_lights, index);
+    for (var s = 0u; s < sample_count; s++) {
+        let time = push.update * sample_count + s;
         let p = face_point(face, r2(face.seed ^ 0x68bc21ebu, time), pcg(face.seed + time));
         if p.w == 0.0 { continue; }
         samples++;
-        for (var part = 0u; part < frame.direct_lights; part++) { e += reservoir(face, normal, p.xyz, time, part, count); }
+        for (var part = 0u; part < parts; part++) { e += reservoir(face, normal, p.xyz, time, part, count); }
     }
     if samples == 0u { return vec2<u32>(INVALID); }
     return pack_irradiance(e / f32(samples));

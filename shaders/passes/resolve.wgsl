@@ -55,7 +55,8 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
     let start = pixel_start(surface);
     let seed = pcg(at);
     var far = Gathered();
-    if view.pixel_rays == 0u { far = gather_probes(pixel, surface, unit_float(pcg(seed ^ pcg(push.frame_index)))); }
+    let own_rays = at_run_time(view.pixel_rays, at);
+    if own_rays == 0u { far = gather_probes(pixel, surface, unit_float(pcg(seed ^ pcg(push.frame_index)))); }
     if far.weight > 1e-3 {
         let open = far.sum / far.weight;
         let weight = clamp(far.weight, 0.002, 1.0);
@@ -66,7 +67,7 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
         return vec4<f32>(max(e, vec3<f32>(0.0)), weight);
     }
     // No probe stands for the pixel: rays of its own into the world cache.
-    let rays = select(FALLBACK_RAYS, view.pixel_rays, view.pixel_rays > 0u);
+    let rays = select(FALLBACK_RAYS, own_rays, own_rays > 0u);
     var e = vec3<f32>(0.0);
     for (var r = 0u; r < rays; r++) {
         let direction = cosine_direction(surface.normal, r2(seed, push.frame_index * rays + r));
@@ -208,7 +209,7 @@ fn store_history(at: u32, average: vec4<f32>, distance: f32) {
 
 // Last frame's average at a surface, and its weight; 0 where it was not seen.
 fn load_history(surface: Surface) -> vec4<f32> {
-    if view.history_valid == 0u { return vec4<f32>(0.0); }
+    if at_run_time(view.history_valid, bitcast<u32>(abs(surface.position.x))) == 0u { return vec4<f32>(0.0); }
     let clip = view.previous_clip * vec4<f32>(surface.position, 1.0);
     if clip.w <= 0.0 { return vec4<f32>(0.0); }
     let size = vec2<i32>(vec2<u32>(view.previous_size & 0xffffu, view.previous_size >> 16u));

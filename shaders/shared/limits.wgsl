@@ -41,6 +41,15 @@ const SKY_GRADIENT: u32 = 1u;
 const SKY_IMAGE: u32 = 2u;
 // Texels along the edge of its map: 16 KiB, which every device takes as a uniform buffer.
 const SKY_EDGE: u32 = 64u;
+// Words of a probe's lobes: 64 halves and a normal.
+const LOBE_WORDS: u32 = 34u;
+// What a debug view shows.
+const DEBUG_BRICKS: u32 = 1u;
+const DEBUG_ALBEDO: u32 = 2u;
+const DEBUG_NORMALS: u32 = 3u;
+const DEBUG_RADIANCE: u32 = 4u;
+const DEBUG_STEPS: u32 = 5u;
+const DEBUG_HISTORY: u32 = 6u;
 // Kinds of light.
 const LIGHT_DIRECTIONAL: u32 = 0u;
 const LIGHT_POINT: u32 = 1u;

@@ -8,10 +8,12 @@ use std::collections::BTreeMap;
 const SPAN: u64 = 1024;
 /// Frames after which a brick at the camera is due again.
 const PERIOD_MIN: f64 = 8.0;
-/// Updates after which a brick's light has settled: from here on the weight of an update would fall no more.
-const SETTLED: u32 = 768;
-/// What has settled starts from here when something has changed somewhere: by the time it has settled again its average
-/// has forgotten all but (640 / 768)^24, a hundredth, of what it was.
+/// Updates from which on nothing that was known before counts, and all that follow count alike.
+const KNOWN: u32 = 768;
+/// Updates after which a brick's light has settled: the last has a weight of 1/256.
+const SETTLED: u32 = KNOWN + 224;
+/// What has settled starts from here when something has changed somewhere: by update 768 its average has
+/// forgotten all but (640 / 768)^24, a hundredth, of what it was.
 const ROUSED: u32 = 640;
 /// What is voxelised again counts as updated so often at most: averages have a weight of a quarter.
 const CARRIED: u32 = 4 * FAST;
@@ -73,6 +75,8 @@ enum Due {
 #[derive(Clone, Copy, Debug)]
 pub struct LightBudget {
     pub faces: u32,
+    /// Faces that there is room for: a brick that has more than `faces` is lit alone.
+    pub room: u32,
     pub bricks: usize,
     /// Times that each brick is lit.
     pub sweeps: u32,
@@ -223,7 +227,7 @@ impl LightQueue {
             list.1.sort_by_key(|i| self.turns[*i as usize].position.to_array());
             let fits = |i: &&u32| {
                 let turn = &self.turns[**i as usize];
-                let fits = faces + turn.faces <= budget.faces;
+                let fits = faces + turn.faces <= if faces == 0 { budget.room } else { budget.faces };
                 faces += if fits { turn.faces } else { 0 };
                 fits
             };
@@ -384,10 +388,11 @@ impl Change {
 /// Updates of weight 1.
 const FAST: u32 = 24;
 
-/// Weight of a brick's next lighting update: whole at first, so that light travels a bounce an update, then an average
-/// over ever more updates.
+/// Weight of a brick's next lighting update: whole at first, so that light travels a bounce an update; then an average over
+/// ever more updates, which forgets the early ones, for light was still on its way then; at last one that all count in.
 fn alpha(updates: u32) -> f32 {
-    1.0 / (1.0 + (updates.saturating_sub(FAST) as f32) / FAST as f32)
+    let fading = updates.min(KNOWN).saturating_sub(FAST) as f32 / FAST as f32;
+    1.0 / (1.0 + fading + updates.saturating_sub(KNOWN) as f32)
 }
 
 #[cfg(test)]
@@ -422,7 +427,7 @@ mod tests {
                     sorted.insert((due, [x, y, z]));
                 }
             }
-            let budget = LightBudget { faces: 900, bricks: 30, sweeps: 1 };
+            let budget = LightBudget { faces: 900, room: 900, bricks: 30, sweeps: 1 };
             let (chosen, faces) = queue.choose(&budget, clock, IVec3::ZERO, DVec3::ZERO);
             let chosen = chosen.to_vec();
             let mut expected = Vec::new();
@@ -447,5 +452,18 @@ mod tests {
             }
         }
         assert_eq!(queue.faces(), bricks.values().map(|b| queue.turns[b.0 as usize].faces).sum::<u32>());
+    }
+
+    #[test]
+    fn a_brick_larger_than_the_budget_is_lit_alone() {
+        let mut queue = LightQueue::default();
+        for (x, faces) in [(0, 20), (1, 300), (2, 20)] {
+            queue.enter(IVec3::X * x, 0, faces, f64::from(x), 0);
+        }
+        let mut choose = |room: u32| {
+            let budget = LightBudget { faces: 64, room, bricks: 30, sweeps: 1 };
+            queue.choose(&budget, 0, IVec3::ZERO, DVec3::ZERO).1
+        };
+        assert_eq!([choose(3072), choose(299), choose(3072), choose(3072)], [20, 0, 300, 40]);
     }
 }

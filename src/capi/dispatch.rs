@@ -4,10 +4,28 @@ use super::guard::{Failure, guard_context};
 use super::input::{self, structure_types};
 use super::types::*;
 use super::vk::*;
-use crate::context::FrameInputs;
+use crate::context::{DebugView, FrameInputs};
 use std::ffi::c_void;
 
-/// One view's frame. Every field but pNext is required.
+/// What the output shows: one of BGI_DEBUG_VIEW_*.
+pub type BgiDebugView = u32;
+/// E_ind.
+pub const BGI_DEBUG_VIEW_NONE: BgiDebugView = 0;
+/// A colour for each brick, a shade for each of its voxels.
+pub const BGI_DEBUG_VIEW_BRICKS: BgiDebugView = 1;
+/// Albedo of the voxel face that a ray of the camera hits, 0 to 1; 0 where it hits none.
+pub const BGI_DEBUG_VIEW_ALBEDO: BgiDebugView = 2;
+/// Normal of that face's plane in world space, halved, plus 0.5.
+pub const BGI_DEBUG_VIEW_NORMALS: BgiDebugView = 3;
+/// What that face sends out (radiance, in the lights' unit): the light that the gather finds there. The sky's where there
+/// is none.
+pub const BGI_DEBUG_VIEW_RADIANCE: BgiDebugView = 4;
+/// Cells that the ray visits: black 0, blue 32, green 64, red 96, white 128 and more.
+pub const BGI_DEBUG_VIEW_STEPS: BgiDebugView = 5;
+/// Frames that the pixel has averaged, of those that it may: 0 to 1.
+pub const BGI_DEBUG_VIEW_HISTORY: BgiDebugView = 6;
+
+/// One view's frame. Every field but pNext and debugView is required.
 ///
 /// Images on entry, made so by the host's barrier: written and visible to VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with
 /// VK_ACCESS_SHADER_READ_BIT (depth, normal) or VK_ACCESS_SHADER_WRITE_BIT (output). On exit their layouts are as on
@@ -43,9 +61,25 @@ pub struct BgiDispatchInfo {
     pub width: u32,
     /// Height of the rendered region in pixels; 1 to the view's height.
     pub height: u32,
+    /// What the output shows instead of E_ind: BGI_DEBUG_VIEW_NONE, or a picture for the host's developer. The first
+    /// such call on a context creates a pipeline.
+    pub debug_view: BgiDebugView,
 }
 
 structure_types! { BgiDispatchInfo = BGI_STRUCTURE_TYPE_DISPATCH_INFO }
+
+fn debug_view(view: BgiDebugView) -> Result<Option<DebugView>, Failure> {
+    Ok(Some(match view {
+        BGI_DEBUG_VIEW_NONE => return Ok(None),
+        BGI_DEBUG_VIEW_BRICKS => DebugView::Bricks,
+        BGI_DEBUG_VIEW_ALBEDO => DebugView::Albedo,
+        BGI_DEBUG_VIEW_NORMALS => DebugView::Normals,
+        BGI_DEBUG_VIEW_RADIANCE => DebugView::Radiance,
+        BGI_DEBUG_VIEW_STEPS => DebugView::Steps,
+        BGI_DEBUG_VIEW_HISTORY => DebugView::History,
+        other => return Err(Failure::argument(format!("debugView is {other}"))),
+    }))
+}
 
 /// Records one view's frame into the host's command buffer: copies of pending meshes, queued bricks, lighting, probes,
 /// resolve. Compute and copies only; valid in secondary command buffers; no queue is touched and nothing is waited for.
@@ -84,6 +118,7 @@ pub unsafe extern "C" fn bgiDispatch(context: BgiContext, info: *const BgiDispat
             output_float32,
             width: info.width,
             height: info.height,
+            debug_view: debug_view(info.debug_view)?,
         };
         // SAFETY: the header asks for valid Vulkan handles as documented at each field; the core refuses NULL.
         unsafe { state.context.dispatch(&inputs)? };

@@ -47,7 +47,7 @@ pub struct BgiSettings {
     /// framesInFlight must leave room for a brick, else BGI_ERROR_OUT_OF_MEMORY.
     pub memory_budget: u64,
     /// Voxel faces lit a frame, 64 to 4194240; default 131072. The main cost of lighting. At most what an eighth of
-    /// memoryBudget holds at 12 bytes a face.
+    /// memoryBudget holds at 12 bytes a face. A brick with more of them (3072 at most) is lit alone.
     pub light_faces_per_frame: u32,
     /// Hemisphere rays a face shoots per lighting update, 0 to 64; default 4. 0 turns radiosity off.
     pub bounce_rays: u32,
@@ -77,6 +77,9 @@ pub struct BgiSettings {
     /// Lights that each of a face's directSamples asks at most, 1 to 4096; default 4. Of more, it asks some by chance, the
     /// more often the more they bring: the mean is the same, and a face costs directSamples times directLights rays at most.
     pub direct_lights: u32,
+    /// 1: bounceRays find light that comes straight from lights, sky and emitters alone. Costs a shadow ray more for each
+    /// that hits, towards one of the lights, drawn evenly. 0: light of any number of bounces; the default.
+    pub single_bounce: u32,
 }
 
 structure_types! { BgiSettings = BGI_STRUCTURE_TYPE_SETTINGS }
@@ -102,6 +105,7 @@ impl From<Settings> for BgiSettings {
             region_culling: from.region_culling.into(),
             simplify_voxels: from.simplify_voxels,
             direct_lights: from.direct_lights,
+            single_bounce: from.single_bounce.into(),
         }
     }
 }
@@ -117,6 +121,7 @@ impl BgiSettings {
             voxelize_bricks_per_frame: self.voxelize_bricks_per_frame,
             light_faces_per_frame: self.light_faces_per_frame,
             bounce_rays: self.bounce_rays,
+            single_bounce: input::flag(self.single_bounce, "singleBounce")?,
             direct_samples: self.direct_samples,
             direct_lights: self.direct_lights,
             hit_model: match self.hit_model {

@@ -14,6 +14,9 @@ pub struct Pipeline {
     pub set_layout: vk::DescriptorSetLayout,
 }
 
+/// Passes that few hosts ever ask for, and whose pipelines are made when one does.
+const ON_DEMAND: [&str; 3] = ["debug_view", "debug_view_float32", "light_bounce_once"];
+
 /// All pipelines, by pass.
 pub struct Pipelines {
     by_name: FxHashMap<&'static str, Pipeline>,
@@ -29,9 +32,18 @@ pub fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
 }
 
 impl Pipelines {
-    /// Creates all of them.
+    /// Creates all of them but those that [`Pipelines::add`] is for.
     pub fn new(device: &Device) -> Result<Self> {
-        Self::of(device, SHADERS)
+        Self::of(device, SHADERS.iter().filter(|shader| !ON_DEMAND.contains(&shader.name)))
+    }
+
+    /// Creates a pass's pipeline, unless there is one.
+    pub fn add(&mut self, device: &Device, pass: &str) -> Result<()> {
+        if !self.by_name.contains_key(pass) {
+            let mut more = Self::of(device, SHADERS.iter().filter(|shader| shader.name == pass))?;
+            self.by_name.extend(more.by_name.drain());
+        }
+        Ok(())
     }
 
     /// Creates those of the given shaders.

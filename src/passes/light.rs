@@ -1,4 +1,4 @@
-//! Group "lighting": `face_compact`, `light_direct` (or one of its kin), `light_bounce`, `light_store`.
+//! Group "lighting": `face_compact`, `light_direct` (or one of its kin), `light_bounce` (or `light_bounce_once`), `light_store`.
 
 use crate::frame::Frame;
 use crate::gpu::shared::{LIGHT_SPHERE, Light, LightBrick, LightPush, ShadowLayer};
@@ -45,8 +45,13 @@ pub fn light(
             frame.dispatch(direct, [direct_groups, 1, 1], push);
         }
         if bounces {
-            frame.dispatch("light_bounce", [groups, 1, 1], push);
+            frame.dispatch(bounce_pass(settings), [groups, 1, 1], push);
         }
         frame.dispatch("light_store", [brick_count, 1, 1], push);
     }
+}
+
+/// The pass of bounce rays.
+pub fn bounce_pass(settings: &Settings) -> &'static str {
+    if settings.single_bounce { "light_bounce_once" } else { "light_bounce" }
 }

@@ -1,7 +1,8 @@
-//! Groups "probes" and "resolve": `probe_place`, `probe_trace`, `probe_filter`, `resolve`.
+//! Groups "probes" and "resolve": `probe_place`, `probe_trace`, `resolve`, `debug_view`.
 
+use crate::context::DebugView;
 use crate::frame::Frame;
-use crate::gpu::shared::{View, ViewPush};
+use crate::gpu::shared::{DebugPush, View, ViewPush};
 
 /// The irradiance of every pixel: by screen probes, or by each pixel's own rays.
 pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, output_float32: bool) {
@@ -11,8 +12,18 @@ pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, output_float32: 
     if view.pixel_rays == 0 {
         frame.dispatch("probe_place", [(x * y).div_ceil(64), 1, 1], push);
         frame.dispatch("probe_trace", [x, y, 1], push);
-        frame.dispatch("probe_filter", [(x * y * 9).div_ceil(64), 1, 1], push);
     }
     let resolve = if output_float32 { "resolve_float32" } else { "resolve" };
     frame.dispatch(resolve, [view.size[0].div_ceil(8), view.size[1].div_ceil(8), 1], push);
+}
+
+/// What the output shows instead; goes after [`gather`].
+pub fn debug_view(frame: &mut Frame, view: &View, shown: DebugView, output_float32: bool) {
+    let groups = [view.size[0].div_ceil(8), view.size[1].div_ceil(8), 1];
+    frame.dispatch(debug_pass(output_float32), groups, DebugPush { shown: shown as u32 });
+}
+
+/// The pass that shows it.
+pub fn debug_pass(output_float32: bool) -> &'static str {
+    if output_float32 { "debug_view_float32" } else { "debug_view" }
 }

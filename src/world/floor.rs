@@ -25,12 +25,12 @@ pub fn quad([x0, z0, x1, z1]: [f32; 4], y: f32) -> [[f32; 3]; 4] {
 /// A world of level quads, loaded.
 pub fn live(settings: Settings, quads: &[[[f32; 3]; 4]]) -> Live {
     let indices: Vec<u32> = (0..quads.len() as u32).flat_map(|q| [0, 2, 1, 0, 3, 2].map(|i| 4 * q + i)).collect();
-    live_mesh(settings, &quads.concat(), &indices)
+    live_mesh(Settings { bounce_rays: 0, ..settings }, &quads.concat(), &indices)
 }
 
 /// The same of one mesh.
 pub fn live_mesh(settings: Settings, positions: &[[f32; 3]], indices: &[u32]) -> Live {
-    let settings = Settings { bounce_rays: 0, coverage_groups: [4, 2, 4], ..settings };
+    let settings = Settings { coverage_groups: [4, 2, 4], ..settings };
     let mut live = Live::new(settings);
     let linear = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     update(

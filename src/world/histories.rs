@@ -151,7 +151,8 @@ impl Live {
             ["brick_compact", "light_carry", "brick_commit", "grid_update", "voxel_mark", "voxelize", "face_resolve"];
         let direct = ["light_direct", "light_direct_areas", "light_direct_maps"];
         let many = ["light_direct_many", "light_direct_many_areas", "light_direct_many_maps"];
-        let lighting = [direct.as_slice(), &many, &["face_compact", "light_store"]].concat();
+        let bounce: &[&str] = if settings.bounce_rays > 0 { &[passes::light::bounce_pass(&settings)] } else { &[] };
+        let lighting = [direct.as_slice(), &many, bounce, &["face_compact", "light_store"]].concat();
         let gpu = Gpu::new(&[bricks.as_slice(), &lighting].concat());
         let slots = (0..FRAMES_IN_FLIGHT).map(|_| Slot::new(&gpu.device).expect("a slot")).collect();
         let world = World::new(&settings, FRAMES_IN_FLIGHT).expect("a world");

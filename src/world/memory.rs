@@ -39,6 +39,8 @@ const PAYLOAD_MIN: u64 = LARGEST_BRICK_BYTES.next_multiple_of(256);
 const TRIANGLES_MIN: u64 = 8 << 10;
 /// Faces by which the lists of lighting grow at least.
 const FACES_STEP: u32 = 1024;
+/// Faces that a brick has at most.
+pub const BRICK_FACES: u32 = 6 * 512;
 /// What a brick costs each frame's upload buffer: its part of the changes to the grid. (The list of the bricks to be lit
 /// makes do with what is free.)
 const UPLOAD_BRICK_BYTES: u64 = 8;
@@ -91,7 +93,8 @@ impl Shares {
         let side_by_side = (voxelization / 3).min(voxelization - frames_min - readback) / SCRATCH_BYTES;
         let batch = side_by_side.clamp(1, u64::from(BATCH_BRICKS));
         let faces = u32::try_from(budget / 8 / FACE_BYTES.iter().sum::<u64>()).unwrap_or(u32::MAX);
-        let light_faces = settings.light_faces_per_frame.next_multiple_of(FACES_STEP).min(faces & !(FACES_STEP - 1));
+        let light_faces =
+            settings.light_faces_per_frame.max(BRICK_FACES).next_multiple_of(FACES_STEP).min(faces & !(FACES_STEP - 1));
         Self {
             budget,
             frames_in_flight: frames,

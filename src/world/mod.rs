@@ -24,7 +24,7 @@ use crate::scene::{MAX_SHADOW_LAYERS, Scene};
 use crate::settings::Settings;
 use glam::{DMat4, DVec3, IVec3, UVec3};
 use hearing::{Hear, Hearing};
-use memory::{Fixed, Memory};
+use memory::{BRICK_FACES, Fixed, Memory};
 use readback::Readback;
 use rustc_hash::FxHashMap;
 
@@ -118,6 +118,8 @@ pub struct World {
     idle: usize,
     /// Frames since a large part of the world, or its lights, changed.
     steady_frames: u32,
+    /// Nothing had changed for a while before.
+    abrupt: bool,
     /// Bricks were left out for lack of memory, and the host has been told.
     incomplete: bool,
     /// A brick had more triangles than are looked at, and the host has been told.
@@ -155,6 +157,7 @@ impl World {
             missing_in_view: 0,
             idle: 0,
             steady_frames: 0,
+            abrupt: false,
             incomplete: false,
             crowded: false,
             warnings: Vec::new(),
@@ -185,6 +188,8 @@ impl World {
     /// Everything converges anew: the lights have changed.
     pub fn lights_changed(&mut self) {
         self.table.invalidate_lighting();
+        // What changes in every frame would otherwise have no average at all.
+        self.abrupt = self.steady_frames >= 32;
         self.steady_frames = 0;
     }
 
@@ -196,7 +201,7 @@ impl World {
 
     /// Frames that a view's history may average: few while the world is changing.
     pub fn history_max(&self, settings: &Settings) -> u32 {
-        settings.temporal_frames.min(self.steady_frames.max(8))
+        settings.temporal_frames.min(self.steady_frames.max(if self.abrupt { 2 } else { 8 }))
     }
 
     /// Bricks that the slot's last frame voxelises.
@@ -394,10 +399,10 @@ impl World {
 
         let total = self.table.faces();
         let sweeps = (settings.light_faces_per_frame / total.max(1)).clamp(1, SWEEPS_MAX);
-        let room = self.memory.fit_lighting(scope, total.min(settings.light_faces_per_frame))?;
-        let budget = settings.light_faces_per_frame.min(room);
+        let most = settings.light_faces_per_frame;
+        let room = self.memory.fit_lighting(scope, total.min(most.max(BRICK_FACES)))?;
         let bricks = self.memory.fit_light_bricks(scope, self.table.resident())?;
-        let budget = LightBudget { faces: budget, bricks, sweeps };
+        let budget = LightBudget { faces: most.min(room), room, bricks, sweeps };
         let window = self.table.window();
         if self.regions.any_masked() {
             // Rays of faces are to ask.
@@ -462,5 +467,7 @@ mod counts;
 mod floor;
 #[cfg(test)]
 mod histories;
+#[cfg(test)]
+mod settling;
 #[cfg(test)]
 mod simplified;

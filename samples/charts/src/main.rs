@@ -1,10 +1,11 @@
-//! Charts what the world costs: CPU time against instances, work on bricks against bricks that change, and direct light
-//! against lights.
+//! Charts what the world costs: CPU time against instances, work on bricks against bricks that change, direct light
+//! against lights; and how fast light settles.
 
 mod chart;
 mod field;
 mod hall;
 mod measure;
+mod radiosity;
 
 use anyhow::{Context as _, Result};
 use clap::Parser;
@@ -25,8 +26,8 @@ struct Args {
     /// Most bricks that change in a frame, 1 to 4096
     #[arg(long, default_value_t = 4096)]
     bricks: usize,
-    /// Only these tables: instances, bricks, lights
-    #[arg(long, value_delimiter = ',', default_values = ["instances", "bricks", "lights"])]
+    /// Only these tables: instances, bricks, lights, radiosity
+    #[arg(long, value_delimiter = ',', default_values = ["instances", "bricks", "lights", "radiosity"])]
     only: Vec<String>,
 }
 
@@ -61,6 +62,11 @@ fn run(args: &Args) -> Result<()> {
         let [cost, error] = hall::lights()?;
         both("lights_cost", &cost)?;
         both("lights_error", &error)?;
+    }
+    if is_wanted("radiosity") {
+        let [by_rays, by_time] = radiosity::error()?;
+        both("radiosity_rays", &by_rays)?;
+        both("radiosity_time", &by_time)?;
     }
     Ok(())
 }

@@ -22,8 +22,20 @@ pub struct Table {
 }
 
 impl Table {
+    /// Enters a value in a row of which there may be others already; what nobody enters is not a number.
+    pub fn put(&mut self, across: f64, column: usize, value: f64) {
+        let at = self.rows.partition_point(|row| row[0] < across);
+        if self.rows.get(at).is_none_or(|row| row[0] != across) {
+            let mut row = vec![f64::NAN; self.columns.len()];
+            row[0] = across;
+            self.rows.insert(at, row);
+        }
+        self.rows[at][column] = value;
+    }
+
     pub fn csv(&self) -> String {
-        let line = |row: &Vec<f64>| row.iter().map(|v| format!("{v:.4}")).collect::<Vec<_>>().join(",");
+        let cell = |v: &f64| if v.is_nan() { String::new() } else { format!("{v:.6}") };
+        let line = |row: &Vec<f64>| row.iter().map(cell).collect::<Vec<_>>().join(",");
         let rows = self.rows.iter().map(line);
         std::iter::once(self.columns.join(",")).chain(rows).map(|l| l + "\n").collect()
     }

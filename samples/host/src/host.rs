@@ -12,7 +12,7 @@ use crate::shadows::ShadowAtlas;
 use crate::target::{Target, Use};
 use crate::upload;
 use ash::vk;
-use brickgi::{Context, ContextDesc, FrameInputs, Settings, Stats, ViewId};
+use brickgi::{Context, ContextDesc, DebugView, FrameInputs, Settings, Stats, ViewId};
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -84,6 +84,8 @@ pub struct Host {
     shadow_maps: Option<ShadowAtlas>,
     /// The G-buffer is out of date.
     picture_changed: bool,
+    /// What the output shows instead of E_ind.
+    debug_view: Option<DebugView>,
     world_offset: [f64; 3],
     frames: u64,
     gpu: Arc<Gpu>,
@@ -125,6 +127,7 @@ impl Host {
             shadow_edge: options.shadow_maps,
             shadow_maps: None,
             picture_changed: true,
+            debug_view: None,
             world_offset: options.world_offset,
             frames: 0,
             gpu,
@@ -207,6 +210,11 @@ impl Host {
         }
         self.shadow_maps = Some(atlas);
         Ok(())
+    }
+
+    /// What the following frames' output shows instead of E_ind; [`Host::read_indirect`] reads it.
+    pub fn show(&mut self, view: Option<DebugView>) {
+        self.debug_view = view;
     }
 
     /// E_ind of the latest frame: irradiance, linear Rec.709. Waits for the GPU.
@@ -344,6 +352,7 @@ impl Host {
                 output_float32: true,
                 width,
                 height,
+                debug_view: self.debug_view,
             })?;
         }
         Ok(())

@@ -59,6 +59,9 @@ pub struct Args {
     /// Hemisphere rays a face shoots per lighting update
     #[arg(long)]
     pub bounce_rays: Option<u32>,
+    /// Whether these rays find light that comes straight from lights, sky and emitters alone
+    #[arg(long)]
+    pub single_bounce: Option<bool>,
     /// Shadow samples a face and light takes per lighting update
     #[arg(long)]
     pub direct_samples: Option<u32>,
@@ -80,6 +83,9 @@ pub struct Args {
     /// Edge in texels of shadow maps that the host draws of sun, points and spots, for brickgi to read; 0: shadows are rays
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=4096))]
     pub shadow_maps: u32,
+    /// Write debug_<what>.png too: bricks, albedo, normals, radiance, steps and history, as the camera's rays find them
+    #[arg(long)]
+    pub debug_views: bool,
     /// Command buffers on the GPU at once
     #[arg(long, default_value_t = 2)]
     pub frames_in_flight: u32,
@@ -127,6 +133,7 @@ impl Args {
             light_faces_per_frame: self.light_faces.unwrap_or(base.light_faces_per_frame),
             bounce_rays: self.bounce_rays.unwrap_or(base.bounce_rays),
             direct_samples: self.direct_samples.unwrap_or(base.direct_samples),
+            single_bounce: self.single_bounce.unwrap_or(base.single_bounce),
             direct_lights: self.direct_lights.unwrap_or(base.direct_lights),
             hit_model: match self.hit {
                 HitName::Plane => HitModel::Plane,

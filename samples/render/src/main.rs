@@ -9,6 +9,7 @@ mod tonemap;
 
 use anyhow::{Context as _, Result, bail};
 use args::Args;
+use brickgi::DebugView;
 use brickgi_host::image::luminance;
 use brickgi_host::{Host, HostOptions, Image, Reference, Scene};
 use clap::Parser;
@@ -57,6 +58,9 @@ fn render(args: &Args) -> Result<()> {
     create(&out)?;
     write_images(&mut host, &indirect, reference.as_ref(), &out)?;
 
+    if args.debug_views {
+        write_debug_views(&mut host, &out)?;
+    }
     let messages = host.validation_messages();
     let mut report = Report {
         scene: host.scene().name.clone(),
@@ -108,6 +112,23 @@ fn write_images(host: &mut Host, indirect: &Image, reference: Option<&Reference>
         save("compare.png", &compare::panels(indirect, reference))?;
     }
     Ok(indirect.write_exr(&out.join("indirect.exr"))?)
+}
+
+/// A picture of what each debug view shows in a frame of its own.
+fn write_debug_views(host: &mut Host, out: &Path) -> Result<()> {
+    for view in DebugView::ALL {
+        host.show(Some(view));
+        host.frame()?;
+        let shown = host.read_indirect()?;
+        let picture = match view {
+            DebugView::Radiance => tonemap::develop(&shown, tonemap::exposure(&shown)),
+            _ => tonemap::plain(&shown),
+        };
+        let file = out.join(format!("debug_{}.png", format!("{view:?}").to_lowercase()));
+        picture.save(&file).with_context(|| format!("cannot write {}", file.display()))?;
+    }
+    host.show(None);
+    Ok(())
 }
 
 /// What the camera sees by all light: radiance.

@@ -26,6 +26,11 @@ pub fn develop(image: &Image, exposure: f32) -> RgbImage {
     })
 }
 
+/// Without a curve: 0 to 1 is what is shown.
+pub fn plain(image: &Image) -> RgbImage {
+    RgbImage::from_fn(image.width, image.height, |x, y| Rgb(image.at(x, y).map(encode)))
+}
+
 /// 0 to 1 linear to 8-bit sRGB.
 pub fn encode(linear: f32) -> u8 {
     let v = linear.clamp(0.0, 1.0);

@@ -245,7 +245,7 @@ impl History {
         self.voxelize(bricks);
         let budget = 50 + self.random.below(2000);
         let camera = self.camera / 8.0;
-        let budget = LightBudget { faces: budget, bricks: 100, sweeps: 1 };
+        let budget = LightBudget { faces: budget, room: budget, bricks: 100, sweeps: 1 };
         for lit in self.table.choose_for_light(&budget, camera).0.to_vec() {
             let position = unpack(lit.position).as_uvec3();
             assert_eq!(self.find(position), Some(lit.base), "what is lit is what rays find");

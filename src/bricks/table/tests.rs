@@ -99,7 +99,7 @@ fn lighting_goes_round() {
         table.tick();
         // Lights that change in every frame.
         table.invalidate_lighting();
-        let light = LightBudget { faces: budget, bricks: usize::MAX, sweeps: 1 };
+        let light = LightBudget { faces: budget, room: budget, bricks: usize::MAX, sweeps: 1 };
         let (chosen, faces) = table.choose_for_light(&light, DVec3::ZERO);
         assert_eq!((chosen.len() as u32, faces), (budget, budget));
         chosen.iter().for_each(|b| lit.entry(b.base).or_default().push(frame));

@@ -68,12 +68,12 @@ fn a_world_in_which_nothing_changes_records_no_pass() {
         place(&mut world, &mut scene, height);
         let at_once = run(&mut world, &mut scene);
         assert_eq!(records_bricks(&at_once), moves, "what has moved is redone, what has not is left alone");
-        let after: Vec<Frame> = (0..if moves { 210 } else { 10 }).map(|_| run(&mut world, &mut scene)).collect();
+        let after: Vec<Frame> = (0..if moves { 270 } else { 10 }).map(|_| run(&mut world, &mut scene)).collect();
         // The next frame takes in what this one voxelised.
         assert_eq!(after.iter().rposition(records_bricks), moves.then_some(0));
-        // Four sweeps a frame, 768 in all.
+        // Four sweeps a frame, 992 in all.
         let lit = after.iter().rposition(records_light);
-        assert_eq!(lit.map(|last| (150..200).contains(&last)), moves.then_some(true), "{lit:?}");
+        assert_eq!(lit.map(|last| (200..260).contains(&last)), moves.then_some(true), "{lit:?}");
         assert_eq!(recorded(&after[after.len() - 1]), ["counters"], "all is settled");
         assert_eq!(world.table.convergence(), 1.0);
     }

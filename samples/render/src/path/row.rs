@@ -29,7 +29,7 @@ pub struct Row {
     pub commit_ms: f64,
     /// `face_compact`, `light_direct`, `light_bounce`, `light_store`.
     pub lighting_ms: f64,
-    /// `probe_place`, `probe_trace`, `probe_filter`, `resolve`.
+    /// `probe_place`, `probe_trace`, `resolve`.
     pub gather_ms: f64,
     /// CPU time of telling which instances have changed.
     pub update_ms: f64,

@@ -1,0 +1,86 @@
+//! What lies behind the output: the voxels' albedo, normals and light against the G-buffer's.
+
+use brickgi::{DebugView, Settings};
+use brickgi_host::image::luminance;
+use brickgi_host::{Host, HostOptions, Image, Scene};
+use std::f64::consts::PI;
+use std::path::Path;
+
+fn host() -> Host {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
+    let scene = Scene::load(root.join("two_rooms")).expect("the scene ships with the repository");
+    let options = HostOptions {
+        size: Some([96, 54]),
+        settings: Settings { voxel_size: 0.25, ..Settings::default() },
+        validation: true,
+        ..HostOptions::new(scene)
+    };
+    let mut host = Host::new(options).expect("a device with the validation layer");
+    (0..48).for_each(|_| host.frame().expect("a frame"));
+    host
+}
+
+fn shown(host: &mut Host, view: DebugView) -> Image {
+    host.show(Some(view));
+    host.frame().expect("a frame");
+    host.show(None);
+    host.read_indirect().expect("the output")
+}
+
+/// Share of the pixels in which no channel is off by more than `most`.
+fn agreeing(a: &Image, b: &Image, most: f32) -> f64 {
+    let close = |(a, b): &(&[f32; 3], &[f32; 3])| a.iter().zip(*b).all(|(a, b)| (a - b).abs() <= most);
+    a.pixels.iter().zip(&b.pixels).filter(close).count() as f64 / a.pixels.len() as f64
+}
+
+#[test]
+fn rays_of_the_camera_find_what_it_sees() {
+    let mut host = host();
+    let albedo = agreeing(&shown(&mut host, DebugView::Albedo), &host.read_albedo().expect("albedo"), 0.01);
+    let halved =
+        |image: Image| Image { pixels: image.pixels.iter().map(|n| n.map(|v| v * 0.5 + 0.5)).collect(), ..image };
+    let normals = halved(host.read_normal().expect("normals"));
+    let normals = agreeing(&shown(&mut host, DebugView::Normals), &normals, 0.01);
+    println!("albedo {albedo:.4}, normals {normals:.4} of the pixels");
+    assert!(albedo > 0.95 && normals > 0.95, "{albedo} {normals}");
+
+    // What a surface sends out is its albedo's share of what arrives.
+    host.frame().expect("a frame");
+    let indirect = host.read_indirect().expect("E_ind");
+    let (direct, albedo) = (host.direct().expect("E_direct"), host.read_albedo().expect("albedo"));
+    let emission = host.read_emission().expect("emission");
+    let radiance = shown(&mut host, DebugView::Radiance);
+    let pixels = (0..radiance.pixels.len()).filter(|i| emission.pixels[*i] == [0.0; 3]);
+    let (mut found, mut expected) = (0.0, 0.0);
+    for i in pixels {
+        let sent = std::array::from_fn(|c| albedo.pixels[i][c] * (direct.pixels[i][c] + indirect.pixels[i][c]));
+        expected += luminance(sent) / PI;
+        found += luminance(radiance.pixels[i]);
+    }
+    println!("radiance {found:.3}, {expected:.3} expected");
+    assert!((found / expected - 1.0).abs() < 0.03);
+    assert_eq!(host.validation_messages(), Vec::<String>::new());
+}
+
+#[test]
+fn other_views_show_something_and_disturb_nothing() {
+    let mut host = host();
+    let before = host.read_indirect().expect("E_ind");
+    let bricks = shown(&mut host, DebugView::Bricks);
+    let mut colors = bricks.pixels.iter().map(|p| p.map(f32::to_bits)).collect::<Vec<_>>();
+    colors.sort_unstable();
+    colors.dedup();
+    assert!(colors.len() > 100, "{} colours of voxels", colors.len());
+    for view in [DebugView::Steps, DebugView::History] {
+        let image = shown(&mut host, view);
+        assert!(image.pixels.iter().flatten().all(|v| (0.0..=1.0).contains(v)), "{view:?}");
+        let mean = image.pixels.iter().map(|p| f64::from(p[2])).sum::<f64>() / image.pixels.len() as f64;
+        println!("{view:?}: {mean:.3}");
+        assert!(mean > 0.05, "{view:?}: {mean}");
+    }
+    host.frame().expect("a frame");
+    let after = host.read_indirect().expect("E_ind");
+    let sum = |image: &Image| image.pixels.iter().map(|p| luminance(*p)).sum::<f64>();
+    assert!((sum(&after) / sum(&before) - 1.0).abs() < 0.01, "E_ind goes on");
+    assert_eq!(host.validation_messages(), Vec::<String>::new());
+}
