@@ -27,6 +27,7 @@ const MAPS: Change = ("let said = MAP_SILENT;", "let said = ask_map(light, p, no
 /// Pipelines made from another pass's source: (pass, new name, changes).
 const PERMUTATIONS: &[(&str, &str, &[Change])] = &[
     ("resolve", "resolve_float32", &[FLOAT32]),
+    ("disocclusion", "disocclusion_float32", &[FLOAT32]),
     ("debug_view", "debug_view_float32", &[FLOAT32]),
     ("light_bounce", "light_bounce_once", &[AREAS, ONCE]),
     ("light_direct", "light_direct_areas", &[AREAS]),

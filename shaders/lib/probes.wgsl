@@ -2,6 +2,7 @@
 
 #import shared/view.wgsl
 #import lib/random.wgsl
+#import lib/world.wgsl
 
 @res var<uniform> view: View;
 @res var depth_image: texture_2d<f32>;
@@ -38,6 +39,43 @@ fn load_surface(pixel: vec2<u32>) -> Surface {
     let length2 = dot(n, n);
     if !(length2 > 1e-6) || !(dot(position, position) < 1e12) { return Surface(); }
     return Surface(true, position, n * inverseSqrt(length2));
+}
+
+// How much of the light at another surface is to be expected at this one, `distance` from the camera: 0 to 1, by the
+// distance of each to the other's plane and by normals.
+fn likeness(surface: Surface, other: Surface, distance: f32) -> f32 {
+    let between = other.position - surface.position;
+    let off_plane = max(abs(dot(between, surface.normal)), abs(dot(between, other.normal)));
+    let relative = off_plane / (0.02 * distance + 0.05 * frame.voxel_size);
+    let facing = dot(other.normal, surface.normal);
+    return select(exp2(-relative * relative) * pow(facing, 8.0), 0.0, facing < 0.5);
+}
+
+// Where there is no surface.
+const NO_SURFACE: u32 = 0u;
+// Cosine of the angle by which normals of the same surface may differ from frame to frame.
+const SAME_FACING: f32 = 0.8;
+
+// What a pixel's history says of its surface: distance to the camera as half, two bytes of normal (octahedral: Cigolle et
+// al., A Survey of Efficient Representations for Independent Unit Vectors, JCGT 2014).
+fn surface_word(surface: Surface) -> u32 {
+    let n = surface.normal;
+    let p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
+    let folded = (1.0 - abs(p.yx)) * select(vec2<f32>(-1.0), vec2<f32>(1.0), p >= vec2<f32>(0.0));
+    let bytes = pack4x8snorm(vec4<f32>(0.0, 0.0, select(folded, p, n.z >= 0.0)));
+    let distance = clamp(length(surface.position), 1e-4, 65000.0);
+    return (pack2x16float(vec2<f32>(distance, 0.0)) & 0xffffu) | (bytes & 0xffff0000u);
+}
+
+// Whether a pixel with such a history has seen a surface of this normal, `distance` from the camera of its frame.
+fn is_same_surface(word: u32, normal: vec3<f32>, distance: f32) -> bool {
+    if word == NO_SURFACE { return false; }
+    let seen = unpack2x16float(word).x;
+    let p = unpack4x8snorm(word).zw;
+    let z = 1.0 - abs(p.x) - abs(p.y);
+    let folded = p - max(-z, 0.0) * select(vec2<f32>(-1.0), vec2<f32>(1.0), p >= vec2<f32>(0.0));
+    let was = vec3<f32>(folded, z);
+    return abs(seen - distance) <= 0.02 * distance + 1e-3 && dot(was, normal) >= SAME_FACING * length(was);
 }
 
 // Unit square to the hemisphere about +z, and the solid angle per unit of the square's area (mean: 2 pi).

@@ -13,7 +13,7 @@ var<immediate> push: ViewPush;
 @res var<storage, read> probes: array<vec4<f32>>;
 @res var<storage, read> probe_guides: array<vec4<f32>>;
 @res var<storage, read> probe_irradiance: array<vec4<f32>>;
-// Three words a pixel: irradiance rgb and its weight as halves; distance to the camera.
+// Three words a pixel: irradiance rgb and its weight as halves; see `surface_word`.
 @res var<storage, read> history_in: array<u32>;
 @res var<storage, read_write> history_out: array<u32>;
 @res var output_image: texture_storage_2d<rgba16float, write>;
@@ -33,7 +33,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = pixel.y * view.stride + pixel.x;
     let surface = load_surface(pixel);
     if !surface.valid {
-        store_history(at, vec4<f32>(0.0), 0.0);
+        store_history(at, vec4<f32>(0.0), NO_SURFACE);
         textureStore(output_image, pixel, vec4<f32>(0.0));
         return;
     }
@@ -45,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // Weights grow with time: light that is still settling leaves the average soon.
     let e = mix(past.xyz, now.xyz, 2.0 * now.w / (weight + 2.0 * now.w));
     let average = clamp(e, vec3<f32>(0.0), vec3<f32>(65000.0));
-    store_history(at, vec4<f32>(average, weight + now.w), length(surface.position));
+    store_history(at, vec4<f32>(average, weight + now.w), surface_word(surface));
     textureStore(output_image, pixel, vec4<f32>(average, 1.0));
 }
 
@@ -167,12 +167,7 @@ fn gather_probes(pixel: vec2<u32>, surface: Surface, draw: f32) -> Gathered {
         let bits = bitcast<u32>(facet.w);
         let apart = (vec2<f32>(pixel) - vec2<f32>(vec2<u32>(bits & 0xffffu, bits >> 16u))) / (0.3 * f32(view.tile_size));
         let near = exp2(-dot(apart, apart)) + 0.004;
-        let between = probe.xyz - surface.position;
-        let off_plane = max(abs(dot(between, surface.normal)), abs(dot(between, normal)));
-        let relative = off_plane / (0.02 * distance + 0.05 * frame.voxel_size);
-        let facing = dot(normal, surface.normal);
-        if facing < 0.5 { continue; }
-        let weight = near * exp2(-relative * relative) * pow(facing, 8.0);
+        let weight = near * likeness(surface, Surface(true, probe.xyz, normal), distance);
         // It may underflow.
         if weight <= 0.0 { continue; }
         gathered.sum += probe_normal_irradiance(index, normal, surface.normal) * weight;
@@ -201,10 +196,10 @@ fn probe_normal_irradiance(index: u32, probe_normal: vec3<f32>, normal: vec3<f32
     return mix(low, high, part.y);
 }
 
-fn store_history(at: u32, average: vec4<f32>, distance: f32) {
+fn store_history(at: u32, average: vec4<f32>, seen: u32) {
     history_out[at * 3u] = pack2x16float(average.xy);
     history_out[at * 3u + 1u] = pack2x16float(average.zw);
-    history_out[at * 3u + 2u] = bitcast<u32>(distance);
+    history_out[at * 3u + 2u] = seen;
 }
 
 // Last frame's average at a surface, and its weight; 0 where it was not seen.
@@ -228,8 +223,7 @@ fn load_history(surface: Surface) -> vec4<f32> {
         let bilinear = select(1.0 - part, part, offset == vec2<i32>(1));
         let weight = bilinear.x * bilinear.y;
         let at = u32(pixel.y) * view.stride + u32(pixel.x);
-        let seen = bitcast<f32>(history_in[at * 3u + 2u]);
-        if weight <= 1e-4 || abs(seen - distance) > 0.02 * distance + 1e-3 { continue; }
+        if weight <= 1e-4 || !is_same_surface(history_in[at * 3u + 2u], surface.normal, distance) { continue; }
         sum += weight * vec4<f32>(unpack2x16float(history_in[at * 3u]), unpack2x16float(history_in[at * 3u + 1u]));
         weight_sum += weight;
     }

@@ -1,4 +1,4 @@
-//! Groups "probes" and "resolve": `probe_place`, `probe_trace`, `resolve`, `debug_view`.
+//! Groups "probes" and "resolve": `probe_place`, `probe_trace`, `resolve`, `disocclusion`, `debug_view`.
 
 use crate::context::DebugView;
 use crate::frame::Frame;
@@ -13,8 +13,11 @@ pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, output_float32: 
         frame.dispatch("probe_place", [(x * y).div_ceil(64), 1, 1], push);
         frame.dispatch("probe_trace", [x, y, 1], push);
     }
-    let resolve = if output_float32 { "resolve_float32" } else { "resolve" };
-    frame.dispatch(resolve, [view.size[0].div_ceil(8), view.size[1].div_ceil(8), 1], push);
+    let groups = [view.size[0].div_ceil(8), view.size[1].div_ceil(8), 1];
+    frame.dispatch(if output_float32 { "resolve_float32" } else { "resolve" }, groups, push);
+    if view.pixel_rays == 0 {
+        frame.dispatch(if output_float32 { "disocclusion_float32" } else { "disocclusion" }, groups, push);
+    }
 }
 
 /// What the output shows instead; goes after [`gather`].

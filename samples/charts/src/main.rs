@@ -1,7 +1,8 @@
 //! Charts what the world costs: CPU time against instances, work on bricks against bricks that change, direct light
-//! against lights; and how fast light settles.
+//! against lights; how fast light settles; and how images follow the camera.
 
 mod chart;
+mod cuts;
 mod field;
 mod hall;
 mod measure;
@@ -26,8 +27,8 @@ struct Args {
     /// Most bricks that change in a frame, 1 to 4096
     #[arg(long, default_value_t = 4096)]
     bricks: usize,
-    /// Only these tables: instances, bricks, lights, radiosity
-    #[arg(long, value_delimiter = ',', default_values = ["instances", "bricks", "lights", "radiosity"])]
+    /// Only these tables: instances, bricks, lights, radiosity, cuts
+    #[arg(long, value_delimiter = ',', default_values = ["instances", "bricks", "lights", "radiosity", "cuts"])]
     only: Vec<String>,
 }
 
@@ -67,6 +68,9 @@ fn run(args: &Args) -> Result<()> {
         let [by_rays, by_time] = radiosity::error()?;
         both("radiosity_rays", &by_rays)?;
         both("radiosity_time", &by_time)?;
+    }
+    if is_wanted("cuts") {
+        both("cuts", &cuts::error()?)?;
     }
     Ok(())
 }

@@ -3,6 +3,9 @@
 use brickgi::Stats;
 use serde::Serialize;
 
+/// How the names of passes that gather light for pixels begin.
+const GATHER_PASSES: [&str; 3] = ["probe_", "resolve", "disocclusion"];
+
 /// One frame; the fields are the columns.
 #[derive(Serialize, Clone, Debug, Default)]
 pub struct Row {
@@ -60,7 +63,7 @@ impl Row {
                 "voxel_mark" | "voxelize" | "face_resolve" => &mut self.voxelize_ms,
                 "brick_compact" | "light_carry" | "brick_commit" | "grid_update" => &mut self.commit_ms,
                 name if name.starts_with("face_") || name.starts_with("light_") => &mut self.lighting_ms,
-                name if name.starts_with("probe_") || name.starts_with("resolve") => &mut self.gather_ms,
+                name if GATHER_PASSES.iter().any(|pass| name.starts_with(pass)) => &mut self.gather_ms,
                 _ => continue,
             };
             *group += pass.ms;
