@@ -23,6 +23,13 @@ fn r2(seed: u32, index: u32) -> vec2<f32> {
     return vec2<f32>(unit_float(fixed.x), unit_float(fixed.y));
 }
 
+// R3 (Roberts 2018), the same in the unit cube.
+fn r3(seed: u32, index: u32) -> vec3<f32> {
+    let start = vec3<u32>(pcg(seed), pcg(seed ^ 0x9e3779b9u), pcg(seed ^ 0x7f4a7c15u));
+    let fixed = start + vec3<u32>(3518319154u, 2882110345u, 2360945575u) * index;
+    return vec3<f32>(unit_float(fixed.x), unit_float(fixed.y), unit_float(fixed.z));
+}
+
 // Frame about a normal (Duff et al., Building an Orthonormal Basis, Revisited, JCGT 2017).
 fn basis(n: vec3<f32>) -> mat3x3<f32> {
     let s = select(-1.0, 1.0, n.z >= 0.0);

@@ -77,7 +77,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     workgroupBarrier();
 
     // Ray k is at (k + offset) / 64 of their sum.
-    let offset = r2(pcg(index), push.frame_index).x;
+    let offset = r3(pcg(index), push.frame_index).x;
     let at = (f32(thread) + offset) / 64.0;
     var cell = 0u;
     for (var half = 32u; half > 0u; half >>= 1u) {
