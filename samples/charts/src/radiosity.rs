@@ -17,9 +17,10 @@ const TRUTH_UPDATES: u32 = 160;
 const TRUTH_RAYS: u32 = 64;
 const LIGHT_PASSES: [&str; 3] = ["face_compact", "light_bounce", "light_store"];
 
-/// Mean squared error of the faces' radiance, over its squared mean, against rays that each face has shot since it was black,
-/// and against microseconds of GPU time that it has cost: 1, 4, 16 or 64 rays in an update. The truth is what 10 240 rays a face say in a world whose light has settled. Cornell box,
-/// voxels of .25 m; each pixel of camera a stands for the face that it sees, but for the lamp.
+/// Mean squared error of the faces' radiance, over its squared mean, against rays that each face has shot since it was
+/// black, and against microseconds of GPU time that it has cost: 1, 4, 16 or 64 rays in an update. The truth is what
+/// 10 240 rays a face say in a world whose light has settled. Cornell box, voxels of .25 m; each pixel of camera a stands
+/// for the face that it sees, but for the lamp.
 pub fn error() -> Result<[Table; 2]> {
     let scene = Arc::new(Scene::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/cornell"))?);
     let columns = |across| vec![across, "rays_1", "rays_4", "rays_16", "rays_64"];
