@@ -78,7 +78,7 @@ fn a_camera_that_cuts_shows_no_trace_of_where_it_was() {
         let score = truth.score(&host.read_indirect().expect("E_ind")).expect("an image of the truth's size");
         let error = score.rel_mse.expect("light");
         println!("frame {frame}: relMSE {error:.4}, {black} black pixels");
-        assert!(error < if frame < 8 { 0.3 } else { 0.12 }, "frame {frame}: {error}");
+        assert!(error < if frame < 8 { 0.4 } else { 0.12 }, "frame {frame}: {error}");
         assert_eq!(black, 0, "frame {frame}");
     }
     assert_eq!(host.validation_messages(), Vec::<String>::new());
