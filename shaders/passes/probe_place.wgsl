@@ -17,9 +17,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let tile = vec2<u32>(id.x % view.tiles.x, id.x / view.tiles.x);
     var surface = Surface();
     var pixel = vec2<u32>(0u);
-    // A tile may hold sky: a few places are tried. The rays' offset is the sequence's other part.
+    // A tile may hold sky: a few places are tried. The rays have the sequence's other part.
     for (var attempt = 0u; attempt < 4u && !surface.valid; attempt++) {
-        let place = r3(attempt, push.frame_index).yz;
+        let place = kronecker4(attempt, push.frame_index).xy;
         pixel = tile * view.tile_size + vec2<u32>(place * f32(view.tile_size));
         if all(pixel < view.size) { surface = load_surface(pixel); }
     }

@@ -77,7 +77,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     workgroupBarrier();
 
     // Ray k is at (k + offset) / 64 of their sum.
-    let offset = r3(pcg(index), push.frame_index).x;
+    let offset = kronecker4(pcg(index), push.frame_index).z;
     let at = (f32(thread) + offset) / 64.0;
     var cell = 0u;
     for (var half = 32u; half > 0u; half >>= 1u) {
@@ -86,10 +86,10 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let low = below[cell];
     let density = density_of(cell, lopsided);
     let first = ceil(64.0 * low - offset);
-    let jitter = r2(pcg(index * 64u + cell), push.frame_index);
+    let jitter = kronecker4(pcg(index * 64u + cell), push.frame_index).w;
     let along = clamp((at - low) / density, 0.0, 1.0);
     let local = cell_direction(cell, fract(vec2<f32>(along + unit_float(pcg(index * 64u + cell)),
-                                                     jitter.y + (f32(thread) - first) * 0.618034)));
+                                                     jitter + (f32(thread) - first) * 0.618034)));
     let origin = view.camera + place.xyz / frame.voxel_size + normal * 0.001;
     let direction = to_world * local.xyz;
     let hit = trace(Start(origin, normal, FACE_ERROR), direction, 1e6);
