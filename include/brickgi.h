@@ -145,7 +145,8 @@ typedef struct BgiSettings {
     BgiHitModel hitModel;
     /// Pixels along the edge of a screen-probe tile: 8, 16 or 32; default 16.
     uint32_t probeTile;
-    /// Frames that the full-resolution temporal filter averages at most, 1 to 256; 1 turns it off; default 64.
+    /// Frames that the full-resolution temporal filter averages at most while the world is at rest, 1 to 1024; 1 turns it
+    /// off; default 256.
     uint32_t temporalFrames;
     /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
     /// that probes are judged against; costs width * height * pixelRays rays a frame.
@@ -168,6 +169,9 @@ typedef struct BgiSettings {
     /// 1: bounceRays find light that comes straight from lights, sky and emitters alone. Costs a shadow ray more for each
     /// that hits, towards one of the lights, drawn evenly. 0: light of any number of bounces; the default.
     uint32_t singleBounce;
+    /// Frames in which a screen probe that has been carried along, and a pixel that has been seen for long, look once: 1, 2
+    /// or 4; default 4, one of each two by two. What has not been seen for long looks in every frame.
+    uint32_t gatherInterval;
 } BgiSettings;
 
 /// Severity of a log line: one of BGI_LOG_*.
@@ -700,6 +704,15 @@ typedef struct BgiStats {
     uint64_t meshTriangles;
     /// Out: those that are kept of them; see simplifyVoxels.
     uint64_t keptTriangles;
+    /// Out: screen probes that looked in the frame, 64 rays each.
+    uint32_t probesTraced;
+    /// Out: those of the frame before that have come to a tile of this one's: those that tiles keep, and
+    /// those that they do not, since their turn to look has come or their pixels have not been seen for long.
+    uint32_t probesCarried;
+    /// Out: those that came to a tile where another has come.
+    uint32_t probeConflicts;
+    /// Out: those given up, since another surface is in their place.
+    uint32_t probesRejected;
 } BgiStats;
 
 /// Done.
@@ -884,6 +897,10 @@ typedef struct BgiStats {
 
 /// Frames that the pixel has averaged, of those that it may: 0 to 1.
 #define BGI_DEBUG_VIEW_HISTORY 6
+
+/// What the pixel's tile has: a screen probe of the last frame (green), one that looks in its turn (blue) or for want of a
+/// settled one (red), or none (black).
+#define BGI_DEBUG_VIEW_PROBES 7
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,7 +2,9 @@
 
 use crate::error::{Error, Result};
 use crate::frame::Frame;
-use crate::gpu::shared::{DEBUG_ALBEDO, DEBUG_BRICKS, DEBUG_HISTORY, DEBUG_NORMALS, DEBUG_RADIANCE, DEBUG_STEPS};
+use crate::gpu::shared::{
+    DEBUG_ALBEDO, DEBUG_BRICKS, DEBUG_HISTORY, DEBUG_NORMALS, DEBUG_PROBES, DEBUG_RADIANCE, DEBUG_STEPS, PROBE_MASK,
+};
 use crate::gpu::{Device, Pipelines, Player, Slot, Target};
 use crate::parallel::{ParallelFor, Workers};
 use crate::passes::bricks::VOXELIZE_PASSES;
@@ -74,11 +76,15 @@ pub enum DebugView {
     Steps = DEBUG_STEPS,
     /// Frames that the pixel has averaged, of those that it may: 0 to 1.
     History = DEBUG_HISTORY,
+    /// What the pixel's tile has: a screen probe of the last frame (green), one that looks in its turn (blue) or for want
+    /// of a settled one (red), or none (black).
+    Probes = DEBUG_PROBES,
 }
 
 impl DebugView {
     /// Every one.
-    pub const ALL: [Self; 6] = [Self::Bricks, Self::Albedo, Self::Normals, Self::Radiance, Self::Steps, Self::History];
+    pub const ALL: [Self; 7] =
+        [Self::Bricks, Self::Albedo, Self::Normals, Self::Radiance, Self::Steps, Self::History, Self::Probes];
 }
 
 /// One frame's inputs and output for [`Context::dispatch`].
@@ -171,6 +177,14 @@ pub struct Stats {
     pub meshes_pending: u32,
     /// Rays traced in the frame; those to lights as if there were no shadow maps.
     pub rays: u64,
+    /// Screen probes that looked in the frame, 64 rays each.
+    pub probes_traced: u32,
+    /// Those of the frame before that have come to a tile of this one's, one to each.
+    pub probes_carried: u32,
+    /// Those that came to a tile where another has come.
+    pub probe_conflicts: u32,
+    /// Those given up, since another surface is in their place.
+    pub probes_rejected: u32,
     /// Triangles of all meshes, as the host handed them over.
     pub mesh_triangles: u64,
     /// Those that are kept of them ([`Settings::simplify_voxels`]).
@@ -334,7 +348,7 @@ impl Context {
         let limit = u64::from(self.device.limits.max_storage_buffer_range);
         let probes =
             u64::from(width.div_ceil(self.settings.probe_tile)) * u64::from(height.div_ceil(self.settings.probe_tile));
-        if u64::from(width) * u64::from(height) * 12 > limit || probes * 144 > limit || probes > 65_535 * 64 {
+        if u64::from(width) * u64::from(height) * 12 > limit || probes * 144 > limit || probes > u64::from(PROBE_MASK) {
             return Err(Error::invalid(
                 "the view has more pixels or probes than the device's buffers and dispatches hold",
             ));
@@ -402,6 +416,7 @@ impl Context {
             history_max: self.world.history_max(&self.settings),
             loads: self.world.loads,
             pixel_rays: self.settings.pixel_rays,
+            gather_interval: self.settings.gather_interval,
         };
         let view = self.views.get_mut(&inputs.view.0).expect("found above");
         let uniform = view.uniform(&camera, eye - self.world.window_voxels(), &shape);
@@ -437,6 +452,11 @@ impl Context {
         }
         slot.recycle(&self.device);
         self.stats.rays = self.world.rays(index);
+        let [traced, carried, conflicts, rejected] = self.world.probe_counts(index);
+        self.stats.probes_traced = traced;
+        self.stats.probes_carried = carried;
+        self.stats.probe_conflicts = conflicts;
+        self.stats.probes_rejected = rejected;
     }
 
     fn report(&mut self, start: Instant) {

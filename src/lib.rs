@@ -19,8 +19,8 @@
 //! |---|---|
 //! | bricks | `brick_compact`, `brick_commit`, `grid_update`, `voxel_mark`, `voxelize`, `face_resolve` |
 //! | lighting | `face_compact`, then `light_direct`, `light_bounce`, `light_store` for each sweep |
-//! | probes | `probe_place`, `probe_trace` |
-//! | resolve | `resolve` |
+//! | probes | `probe_reproject`, `probe_place`, `probe_carry`, `probe_trace` |
+//! | resolve | `resolve`, `disocclusion` |
 //!
 //! ## The folders
 //!

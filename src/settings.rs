@@ -69,7 +69,11 @@ pub struct Settings {
     pub hit_model: HitModel,
     /// Pixels along the edge of a screen-probe tile: 8, 16 or 32; default 16.
     pub probe_tile: u32,
-    /// Frames that the full-resolution temporal filter averages at most, 1 to 256; 1 turns it off; default 64.
+    /// Frames in which a screen probe that has been carried along, and a pixel that has been seen for long, look once: 1, 2
+    /// or 4; default 4, one of each two by two. What has not been seen for long looks in every frame.
+    pub gather_interval: u32,
+    /// Frames that the full-resolution temporal filter averages at most while the world is at rest, 1 to 1024; 1 turns it
+    /// off; default 256.
     pub temporal_frames: u32,
     /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
     /// that probes are judged against; costs `width * height * pixel_rays` rays a frame.
@@ -96,7 +100,8 @@ impl Default for Settings {
             direct_lights: 4,
             hit_model: HitModel::Plane,
             probe_tile: 16,
-            temporal_frames: 64,
+            gather_interval: 4,
+            temporal_frames: 256,
             pixel_rays: 0,
             region_culling: false,
         }
@@ -112,7 +117,7 @@ impl Settings {
             Preset::Medium => base,
             Preset::High => Self { bounce_rays: 8, light_faces_per_frame: 262_144, probe_tile: 8, ..base },
             Preset::Ultra => {
-                Self { bounce_rays: 16, light_faces_per_frame: 1 << 20, probe_tile: 8, temporal_frames: 256, ..base }
+                Self { bounce_rays: 16, light_faces_per_frame: 1 << 20, probe_tile: 8, temporal_frames: 1024, ..base }
             }
         }
     }
@@ -141,7 +146,8 @@ impl Settings {
         in_range((1..=16).contains(&self.direct_samples), "direct_samples must be 1 to 16")?;
         in_range((1..=4096).contains(&self.direct_lights), "direct_lights must be 1 to 4096")?;
         in_range(matches!(self.probe_tile, 8 | 16 | 32), "probe_tile must be 8, 16 or 32")?;
-        in_range((1..=256).contains(&self.temporal_frames), "temporal_frames must be 1 to 256")?;
+        in_range(matches!(self.gather_interval, 1 | 2 | 4), "gather_interval must be 1, 2 or 4")?;
+        in_range((1..=1024).contains(&self.temporal_frames), "temporal_frames must be 1 to 1024")?;
         in_range(self.pixel_rays <= 1024, "pixel_rays must be 0 to 1024")
     }
 }

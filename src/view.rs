@@ -10,8 +10,19 @@ use glam::{DMat4, DVec3, Mat4, UVec2};
 use rustc_hash::FxHashMap;
 
 /// Buffers whose contents live from frame to frame, or that only this view needs.
-pub const VIEW_BUFFERS: [&str; 7] =
-    ["history_a", "history_b", "probe_lobes_a", "probe_lobes_b", "probes", "probe_guides", "probe_irradiance"];
+pub const VIEW_BUFFERS: [&str; 11] = [
+    "history_a",
+    "history_b",
+    "probe_lobes_a",
+    "probe_lobes_b",
+    "probes_a",
+    "probes_b",
+    "probe_guides_a",
+    "probe_guides_b",
+    "probe_irradiance_a",
+    "probe_irradiance_b",
+    "probe_claims",
+];
 
 /// A camera's state.
 pub struct View {
@@ -33,7 +44,8 @@ impl View {
         let tiles = size.map(|s| s.div_ceil(tile));
         let (pixels, probes) = (u64::from(size.x) * u64::from(size.y), u64::from(tiles.x) * u64::from(tiles.y));
         let lobes = probes * 4 * u64::from(LOBE_WORDS);
-        let sizes = [pixels * 12, pixels * 12, lobes, lobes, probes * 32, probes * 16, probes * 144];
+        let pairs = [pixels * 12, lobes, probes * 32, probes * 16, probes * 144];
+        let sizes = pairs.into_iter().flat_map(|bytes| [bytes; 2]).chain([probes * 4]);
         let mut view =
             Self { size, buffers: Vec::new(), camera: None, drawn: None, previous: None, loads: 0, flipped: false };
         for bytes in sizes {
@@ -72,6 +84,7 @@ impl View {
             tile_size: frame.tile_size,
             history_max: frame.history_max,
             pixel_rays: frame.pixel_rays,
+            gather_interval: frame.gather_interval,
             ..ViewUniform::default()
         };
         if let Some((previous, previous_size)) = self.previous.filter(|_| self.loads == frame.loads) {
@@ -93,8 +106,15 @@ impl View {
         for (name, buffer) in VIEW_BUFFERS.iter().zip(&self.buffers) {
             bound.insert(name, Bound::Buffer(buffer.raw, 0, buffer.size));
         }
-        for (first, [input, output]) in [(0, ["history_in", "history_out"]), (2, ["lobes_in", "lobes_out"])] {
-            let pair = [0, 1].map(|k| &self.buffers[first + k]).map(|b| Bound::Buffer(b.raw, 0, b.size));
+        let pairs = [
+            ["history_in", "history_out"],
+            ["lobes_in", "lobes_out"],
+            ["probes_in", "probes"],
+            ["probe_guides_in", "probe_guides"],
+            ["probe_irradiance_in", "probe_irradiance"],
+        ];
+        for (pair, [input, output]) in pairs.into_iter().enumerate() {
+            let pair = [0, 1].map(|k| &self.buffers[2 * pair + k]).map(|b| Bound::Buffer(b.raw, 0, b.size));
             bound.insert(output, pair[usize::from(self.flipped)]);
             bound.insert(input, pair[usize::from(!self.flipped)]);
         }
@@ -124,4 +144,5 @@ pub struct FrameShape {
     /// The world's: what was averaged before the last of them does not count.
     pub loads: u32,
     pub pixel_rays: u32,
+    pub gather_interval: u32,
 }

@@ -54,7 +54,7 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiSettings {
             s_type, p_next, voxel_size, grid_offset, coverage_groups, voxelize_bricks_per_frame, memory_budget,
             light_faces_per_frame, bounce_rays, direct_samples, hit_model, probe_tile, temporal_frames, pixel_rays,
-            voxelize_ms, region_culling, simplify_voxels, direct_lights, single_bounce,
+            voxelize_ms, region_culling, simplify_voxels, direct_lights, single_bounce, gather_interval,
         }
         BgiContextCreateInfo {
             s_type, p_next, abi_version, frames_in_flight, get_instance_proc_addr, instance, physical_device, device,
@@ -93,6 +93,7 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
             s_type, p_next, frame_ms, cpu_ms, world_bytes, view_bytes, rays, frames, bricks, bricks_missing,
             bricks_left_out, bricks_missing_in_view, bricks_voxelized, faces, faces_unreached, convergence, pages,
             meshes_pending, pass_count, resource_count, passes, resources, mesh_triangles, kept_triangles,
+            probes_traced, probes_carried, probe_conflicts, probes_rejected,
         }
     }
     constants! { text: BGI_ABI_VERSION BGI_API_VERSION BGI_ERROR_INTERNAL BGI_STRUCTURE_TYPE_SHADOW_LAYER BGI_MAX_COUNT }

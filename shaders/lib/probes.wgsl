@@ -31,6 +31,12 @@ fn pixel_position(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
     return (view.view_to_world * vec4<f32>(p.xyz / p.w, 0.0)).xyz;
 }
 
+// The pixel that a place (camera-relative metres) in view is in.
+fn pixel_of(position: vec3<f32>) -> vec2<u32> {
+    let clip = view.clip * vec4<f32>(position, 1.0);
+    return min(vec2<u32>((clip.xy / clip.w * 0.5 + 0.5) * vec2<f32>(view.size)), view.size - 1u);
+}
+
 fn load_surface(pixel: vec2<u32>) -> Surface {
     let depth = textureLoad(depth_image, pixel, 0).x;
     if depth == view.clear_depth { return Surface(); }
@@ -55,6 +61,8 @@ fn likeness(surface: Surface, other: Surface, distance: f32) -> f32 {
 const NO_SURFACE: u32 = 0u;
 // Cosine of the angle by which normals of the same surface may differ from frame to frame.
 const SAME_FACING: f32 = 0.8;
+// How far apart, over the distance to the camera, planes and distances of the same surface may be.
+const SAME_PLANE: f32 = 0.02;
 
 // What a pixel's history says of its surface: distance to the camera as half, two bytes of normal (octahedral: Cigolle et
 // al., A Survey of Efficient Representations for Independent Unit Vectors, JCGT 2014).
@@ -75,7 +83,7 @@ fn is_same_surface(word: u32, normal: vec3<f32>, distance: f32) -> bool {
     let z = 1.0 - abs(p.x) - abs(p.y);
     let folded = p - max(-z, 0.0) * select(vec2<f32>(-1.0), vec2<f32>(1.0), p >= vec2<f32>(0.0));
     let was = vec3<f32>(folded, z);
-    return abs(seen - distance) <= 0.02 * distance + 1e-3 && dot(was, normal) >= SAME_FACING * length(was);
+    return abs(seen - distance) <= SAME_PLANE * distance + 1e-3 && dot(was, normal) >= SAME_FACING * length(was);
 }
 
 // Unit square to the hemisphere about +z, and the solid angle per unit of the square's area (mean: 2 pi).

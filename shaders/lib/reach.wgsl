@@ -3,7 +3,8 @@
 #import lib/hdda.wgsl
 #import lib/random.wgsl
 
-// Word 0: rays that probes traced. From REQUESTS_WORD on, two words for each of REQUESTS places: how many rays have
+// Word 0: probes that looked; 1 to 3: the last frame's probes that came to a tile, those that came to one where another
+// was, and those that were given up. From REQUESTS_WORD on, two words for each of REQUESTS places: how many rays have
 // asked, and the cell that one of them asked for (window, halved: x | y << 10 | z << 20).
 @res var<storage, read_write> counters: array<atomic<u32>, COUNTER_WORDS>;
 

@@ -11,6 +11,7 @@ struct DebugPush {
 var<immediate> push: DebugPush;
 
 @res var<storage, read> history_out: array<u32>;
+@res var<storage, read> probes: array<vec4<f32>>;
 @res var output_image: texture_storage_2d<rgba16float, write>;
 
 // Steps that are shown as white.
@@ -25,6 +26,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if shown == DEBUG_HISTORY {
         let weight = unpack2x16float(history_out[(pixel.y * view.stride + pixel.x) * 3u + 1u]).y;
         color = vec3<f32>(weight / f32(view.history_max));
+    } else if shown == DEBUG_PROBES {
+        let tile = pixel / view.tile_size;
+        let kind = u32(probes[(tile.y * view.tiles.x + tile.x) * 2u].w);
+        color = vec3<f32>(vec3<u32>(kind) == vec3<u32>(PROBE_NEW, PROBE_CARRIED, PROBE_IN_TURN));
     } else {
         // From the near plane on, which is finite.
         let near = pixel_position(pixel, 1.0 - view.clear_depth);

@@ -3,7 +3,7 @@
 // output alone and not into the history, which stays sharp. (History reconstruction: Zhdan, "ReBLUR", Ray Tracing Gems II,
 // 2021, chapter 49.)
 
-#import lib/probes.wgsl
+#import lib/history.wgsl
 
 struct ViewPush {
     frame_index: u32,
@@ -14,8 +14,6 @@ var<immediate> push: ViewPush;
 @res var<storage, read> history_out: array<u32>;
 @res var output_image: texture_storage_2d<rgba16float, write>;
 
-// Frames' worth of weight with which a pixel stands for itself.
-const ENOUGH: f32 = 16.0;
 const NEIGHBOURS: u32 = 16u;
 // The golden angle: places on a disk, evenly (Vogel 1979).
 const TURN: f32 = 2.3999632;

@@ -52,10 +52,13 @@ var<workgroup> chosen: u32;
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
     let index = group.y * view.tiles.x + group.x;
     let place = probes[index * 2u];
-    if place.w == 0.0 {
+    let kind = u32(place.w);
+    if kind == PROBE_CARRIED { return; }
+    if kind == PROBE_NONE {
         if thread == 0u { lobes_out[index * LOBE_WORDS + 33u] = NONE; }
         return;
     }
+    let turn = select(push.frame_index, push.frame_index / view.gather_interval, kind == PROBE_IN_TURN);
     let normal = probes[index * 2u + 1u].xyz;
     let to_world = basis(normal);
 
@@ -77,7 +80,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     workgroupBarrier();
 
     // Ray k is at (k + offset) / 64 of their sum.
-    let offset = kronecker4(pcg(index), push.frame_index).z;
+    let offset = kronecker4(pcg(index), turn).z;
     let at = (f32(thread) + offset) / 64.0;
     var cell = 0u;
     for (var half = 32u; half > 0u; half >>= 1u) {
@@ -86,7 +89,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let low = below[cell];
     let density = density_of(cell, lopsided);
     let first = ceil(64.0 * low - offset);
-    let jitter = kronecker4(pcg(index * 64u + cell), push.frame_index).w;
+    let jitter = kronecker4(pcg(index * 64u + cell), turn).w;
     let along = clamp((at - low) / density, 0.0, 1.0);
     let local = cell_direction(cell, fract(vec2<f32>(along + unit_float(pcg(index * 64u + cell)),
                                                      jitter + (f32(thread) - first) * 0.618034)));
@@ -102,8 +105,8 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if thread < 9u { probe_irradiance[index * 9u + thread] = irradiance(thread); }
     lobes[thread] = new_lobe(lobe, below[thread], density_of(thread, lopsided), offset);
     if thread == 0u {
-        atomicAdd(&counters[0], 64u);
-        chosen = draw(unit_float(pcg(pcg(index) ^ push.frame_index)));
+        atomicAdd(&counters[0], 1u);
+        chosen = draw(unit_float(pcg(pcg(index) ^ turn)));
         if chosen == NONE { probe_guides[index] = vec4<f32>(0.0); }
         lobes_out[index * LOBE_WORDS + 32u] = pack2x16snorm(normal.xy);
         lobes_out[index * LOBE_WORDS + 33u] = pack2x16snorm(vec2<f32>(normal.z, 0.0));

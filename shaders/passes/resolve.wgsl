@@ -3,7 +3,7 @@
 // something hides the probes' light. Then the average over time with rejection where the surface was not seen before.
 
 #import lib/reach.wgsl
-#import lib/probes.wgsl
+#import lib/history.wgsl
 
 struct ViewPush {
     frame_index: u32,
@@ -13,8 +13,7 @@ var<immediate> push: ViewPush;
 @res var<storage, read> probes: array<vec4<f32>>;
 @res var<storage, read> probe_guides: array<vec4<f32>>;
 @res var<storage, read> probe_irradiance: array<vec4<f32>>;
-// Three words a pixel: irradiance rgb and its weight as halves; see `surface_word`.
-@res var<storage, read> history_in: array<u32>;
+// As `history_in`.
 @res var<storage, read_write> history_out: array<u32>;
 @res var output_image: texture_storage_2d<rgba16float, write>;
 
@@ -37,8 +36,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(output_image, pixel, vec4<f32>(0.0));
         return;
     }
-    let now = gather(pixel, at, surface);
     let past = load_history(surface);
+    let rests = has_settled(past);
+    if rests && !is_turn(pixel, push.frame_index) && at_run_time(view.pixel_rays, at) == 0u {
+        store_history(at, past, surface_word(surface));
+        textureStore(output_image, pixel, vec4<f32>(past.xyz, 1.0));
+        return;
+    }
+    let now = gather(pixel, at, surface, select(push.frame_index, push.frame_index / view.gather_interval, rests));
     // While the world is changing, what pixels trust little also leaves the average.
     let kept = past.w * select(1.0, 1.0 - 1.0 / f32(view.history_max), view.history_max <= UNSTEADY);
     let weight = min(kept, f32(view.history_max) - now.w);
@@ -50,17 +55,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 
 // Irradiance, and how much it counts in the average over time: probes move, and a pixel trusts the frames in which one
-// stands close to it.
-fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
+// stands close to it. `index`: counts the pixel's turns.
+fn gather(pixel: vec2<u32>, at: u32, surface: Surface, index: u32) -> vec4<f32> {
     let start = pixel_start(surface);
     let seed = pcg(at);
     var far = Gathered();
     let own_rays = at_run_time(view.pixel_rays, at);
-    if own_rays == 0u { far = gather_probes(pixel, surface, unit_float(pcg(seed ^ pcg(push.frame_index)))); }
+    if own_rays == 0u { far = gather_probes(pixel, surface, unit_float(pcg(seed ^ pcg(index)))); }
     if far.weight > 1e-3 {
         let open = far.sum / far.weight;
         let weight = clamp(far.weight, 0.002, 1.0);
-        let direction = cosine_direction(surface.normal, r2(seed, push.frame_index));
+        let direction = cosine_direction(surface.normal, r2(seed, index));
         let near = look(surface, start, direction, NEAR);
         if near.kind == HIT { return vec4<f32>(PI * hit_radiance(near, direction), weight); }
         let e = open.xyz - hidden(surface, start, open, probe_guides[far.guide]);
@@ -70,7 +75,7 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface) -> vec4<f32> {
     let rays = select(FALLBACK_RAYS, own_rays, own_rays > 0u);
     var e = vec3<f32>(0.0);
     for (var r = 0u; r < rays; r++) {
-        let direction = cosine_direction(surface.normal, r2(seed, push.frame_index * rays + r));
+        let direction = cosine_direction(surface.normal, r2(seed, index * rays + r));
         let hit = trace(start, direction, 1e6);
         ask_for_light(hit);
         e += hit_radiance(hit, direction);
@@ -197,36 +202,15 @@ fn probe_normal_irradiance(index: u32, probe_normal: vec3<f32>, normal: vec3<f32
 }
 
 fn store_history(at: u32, average: vec4<f32>, seen: u32) {
-    history_out[at * 3u] = pack2x16float(average.xy);
-    history_out[at * 3u + 1u] = pack2x16float(average.zw);
+    let start = pcg(at ^ pcg(push.frame_index));
+    history_out[at * 3u] = pack2x16float(round_to_half(average.xy, start));
+    history_out[at * 3u + 1u] = pack2x16float(round_to_half(average.zw, pcg(start)));
     history_out[at * 3u + 2u] = seen;
 }
 
-// Last frame's average at a surface, and its weight; 0 where it was not seen.
-fn load_history(surface: Surface) -> vec4<f32> {
-    if at_run_time(view.history_valid, bitcast<u32>(abs(surface.position.x))) == 0u { return vec4<f32>(0.0); }
-    let clip = view.previous_clip * vec4<f32>(surface.position, 1.0);
-    if clip.w <= 0.0 { return vec4<f32>(0.0); }
-    let size = vec2<i32>(vec2<u32>(view.previous_size & 0xffffu, view.previous_size >> 16u));
-    let place = (clip.xy / clip.w * 0.5 + 0.5) * vec2<f32>(size) - 0.5;
-    // A still camera lands on the pixel itself, up to rounding.
-    let snapped = select(place, round(place), abs(place - round(place)) < vec2<f32>(0.01));
-    let corner = vec2<i32>(floor(snapped));
-    let part = snapped - vec2<f32>(corner);
-    let distance = length(surface.position - view.camera_delta);
-    var sum = vec4<f32>(0.0);
-    var weight_sum = 0.0;
-    for (var k = 0; k < 4; k++) {
-        let offset = vec2<i32>(k & 1, k >> 1u);
-        let pixel = corner + offset;
-        if any(pixel < vec2<i32>(0)) || any(pixel >= size) { continue; }
-        let bilinear = select(1.0 - part, part, offset == vec2<i32>(1));
-        let weight = bilinear.x * bilinear.y;
-        let at = u32(pixel.y) * view.stride + u32(pixel.x);
-        if weight <= 1e-4 || !is_same_surface(history_in[at * 3u + 2u], surface.normal, distance) { continue; }
-        sum += weight * vec4<f32>(unpack2x16float(history_in[at * 3u]), unpack2x16float(history_in[at * 3u + 1u]));
-        weight_sum += weight;
-    }
-    if weight_sum < 0.01 { return vec4<f32>(0.0); }
-    return sum / weight_sum;
+// Rounds up or down by chance, so that an average to which a frame adds less than the halves' spacing neither sticks nor
+// drifts.
+fn round_to_half(v: vec2<f32>, random: u32) -> vec2<f32> {
+    let dither = vec2<u32>(random & 0x1fffu, random >> 19u);
+    return bitcast<vec2<f32>>((bitcast<vec2<u32>>(v) + dither) & vec2<u32>(0xffffe000u));
 }

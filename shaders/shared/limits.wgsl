@@ -41,8 +41,17 @@ const SKY_GRADIENT: u32 = 1u;
 const SKY_IMAGE: u32 = 2u;
 // Texels along the edge of its map: 16 KiB, which every device takes as a uniform buffer.
 const SKY_EDGE: u32 = 64u;
+// Rays of a screen probe.
+const PROBE_RAYS: u32 = 64u;
 // Words of a probe's lobes: 64 halves and a normal.
 const LOBE_WORDS: u32 = 34u;
+// What a probe's tile has: none; one of the last frame's; a new one; a new one in its turn.
+const PROBE_NONE: u32 = 0u;
+const PROBE_CARRIED: u32 = 1u;
+const PROBE_NEW: u32 = 2u;
+const PROBE_IN_TURN: u32 = 3u;
+// Bits of a probe's index in what it claims a tile with.
+const PROBE_MASK: u32 = 0xfffffu;
 // What a debug view shows.
 const DEBUG_BRICKS: u32 = 1u;
 const DEBUG_ALBEDO: u32 = 2u;
@@ -50,6 +59,7 @@ const DEBUG_NORMALS: u32 = 3u;
 const DEBUG_RADIANCE: u32 = 4u;
 const DEBUG_STEPS: u32 = 5u;
 const DEBUG_HISTORY: u32 = 6u;
+const DEBUG_PROBES: u32 = 7u;
 // Kinds of light.
 const LIGHT_DIRECTIONAL: u32 = 0u;
 const LIGHT_POINT: u32 = 1u;

@@ -29,4 +29,6 @@ struct View {
     previous_size: u32,
     // Rays of each pixel into the world instead of probes; 0: probes.
     pixel_rays: u32,
+    // Of so many settled probes, and of so many settled pixels, one looks in a frame.
+    gather_interval: u32,
 }

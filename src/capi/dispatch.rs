@@ -24,6 +24,9 @@ pub const BGI_DEBUG_VIEW_RADIANCE: BgiDebugView = 4;
 pub const BGI_DEBUG_VIEW_STEPS: BgiDebugView = 5;
 /// Frames that the pixel has averaged, of those that it may: 0 to 1.
 pub const BGI_DEBUG_VIEW_HISTORY: BgiDebugView = 6;
+/// What the pixel's tile has: a screen probe of the last frame (green), one that looks in its turn (blue) or for want of a
+/// settled one (red), or none (black).
+pub const BGI_DEBUG_VIEW_PROBES: BgiDebugView = 7;
 
 /// One view's frame. Every field but pNext and debugView is required.
 ///
@@ -77,6 +80,7 @@ fn debug_view(view: BgiDebugView) -> Result<Option<DebugView>, Failure> {
         BGI_DEBUG_VIEW_RADIANCE => DebugView::Radiance,
         BGI_DEBUG_VIEW_STEPS => DebugView::Steps,
         BGI_DEBUG_VIEW_HISTORY => DebugView::History,
+        BGI_DEBUG_VIEW_PROBES => DebugView::Probes,
         other => return Err(Failure::argument(format!("debugView is {other}"))),
     }))
 }

@@ -57,7 +57,8 @@ pub struct BgiSettings {
     pub hit_model: BgiHitModel,
     /// Pixels along the edge of a screen-probe tile: 8, 16 or 32; default 16.
     pub probe_tile: u32,
-    /// Frames that the full-resolution temporal filter averages at most, 1 to 256; 1 turns it off; default 64.
+    /// Frames that the full-resolution temporal filter averages at most while the world is at rest, 1 to 1024; 1 turns it
+    /// off; default 256.
     pub temporal_frames: u32,
     /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
     /// that probes are judged against; costs width * height * pixelRays rays a frame.
@@ -80,6 +81,9 @@ pub struct BgiSettings {
     /// 1: bounceRays find light that comes straight from lights, sky and emitters alone. Costs a shadow ray more for each
     /// that hits, towards one of the lights, drawn evenly. 0: light of any number of bounces; the default.
     pub single_bounce: u32,
+    /// Frames in which a screen probe that has been carried along, and a pixel that has been seen for long, look once: 1, 2
+    /// or 4; default 4, one of each two by two. What has not been seen for long looks in every frame.
+    pub gather_interval: u32,
 }
 
 structure_types! { BgiSettings = BGI_STRUCTURE_TYPE_SETTINGS }
@@ -106,6 +110,7 @@ impl From<Settings> for BgiSettings {
             simplify_voxels: from.simplify_voxels,
             direct_lights: from.direct_lights,
             single_bounce: from.single_bounce.into(),
+            gather_interval: from.gather_interval,
         }
     }
 }
@@ -135,6 +140,7 @@ impl BgiSettings {
             voxelize_ms: self.voxelize_ms,
             region_culling: input::flag(self.region_culling, "regionCulling")?,
             simplify_voxels: self.simplify_voxels,
+            gather_interval: self.gather_interval,
         })
     }
 }

@@ -82,6 +82,15 @@ pub struct BgiStats {
     pub mesh_triangles: u64,
     /// Out: those that are kept of them; see simplifyVoxels.
     pub kept_triangles: u64,
+    /// Out: screen probes that looked in the frame, 64 rays each.
+    pub probes_traced: u32,
+    /// Out: those of the frame before that have come to a tile of this one's: those that tiles keep, and
+    /// those that they do not, since their turn to look has come or their pixels have not been seen for long.
+    pub probes_carried: u32,
+    /// Out: those that came to a tile where another has come.
+    pub probe_conflicts: u32,
+    /// Out: those given up, since another surface is in their place.
+    pub probes_rejected: u32,
 }
 
 structure_types! { BgiStats = BGI_STRUCTURE_TYPE_STATS }
@@ -126,6 +135,10 @@ pub unsafe extern "C" fn bgiGetStats(context: BgiContext, stats: *mut BgiStats) 
             meshes_pending: stats.meshes_pending,
             mesh_triangles: stats.mesh_triangles,
             kept_triangles: stats.kept_triangles,
+            probes_traced: stats.probes_traced,
+            probes_carried: stats.probes_carried,
+            probe_conflicts: stats.probe_conflicts,
+            probes_rejected: stats.probes_rejected,
             ..*out
         };
         Ok(if complete { BGI_SUCCESS } else { BGI_INCOMPLETE })

@@ -1,7 +1,8 @@
-//! Groups "probes" and "resolve": `probe_place`, `probe_trace`, `resolve`, `disocclusion`, `debug_view`.
+//! Groups "probes" and "resolve": `probe_reproject`, `probe_place`, `probe_carry`, `probe_trace`, `resolve`, `disocclusion`,
+//! `debug_view`.
 
 use crate::context::DebugView;
-use crate::frame::Frame;
+use crate::frame::{Command, Frame};
 use crate::gpu::shared::{DebugPush, View, ViewPush};
 
 /// The irradiance of every pixel: by screen probes, or by each pixel's own rays.
@@ -10,7 +11,17 @@ pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, output_float32: 
     let [x, y] = view.tiles;
     let push = ViewPush { frame_index };
     if view.pixel_rays == 0 {
+        let has_past = view.history_valid == 1;
+        frame.commands.push(Command::Clear("probe_claims"));
+        if has_past {
+            let previous = [view.previous_size & 0xffff, view.previous_size >> 16];
+            let probes: u32 = previous.map(|side| side.div_ceil(view.tile_size)).iter().product();
+            frame.dispatch("probe_reproject", [probes.div_ceil(64), 1, 1], push);
+        }
         frame.dispatch("probe_place", [(x * y).div_ceil(64), 1, 1], push);
+        if has_past {
+            frame.dispatch("probe_carry", [x, y, 1], push);
+        }
         frame.dispatch("probe_trace", [x, y, 1], push);
     }
     let groups = [view.size[0].div_ceil(8), view.size[1].div_ceil(8), 1];

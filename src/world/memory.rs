@@ -540,9 +540,10 @@ impl Memory {
         frame.source = frame.payload.as_ref().map(|b| (b.raw, b.size));
     }
 
-    /// Rays that the probes of the slot's last frame traced.
-    pub fn probe_rays(&self, index: usize) -> u64 {
-        self.frames[index].counters.as_ref().map_or(0, |b| u64::from(b.read::<u32>(1)[0]))
+    /// Probes of the slot's last frame that looked, came to a tile, met another one there, and were given up.
+    pub fn probe_counts(&self, index: usize) -> [u32; 4] {
+        let words = self.frames[index].counters.as_ref().map_or(Vec::new(), |b| b.read::<u32>(4));
+        words.try_into().unwrap_or_default()
     }
 
     /// Cells (window, even) that rays of the slot's last frame asked light for, and how many did.

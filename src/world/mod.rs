@@ -15,7 +15,8 @@ use crate::context::ResourceSize;
 use crate::error::Result;
 use crate::frame::{Command, Frame};
 use crate::gpu::shared::{
-    ASKS, Frame as FrameUniform, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE, ShadowLayer as GpuShadowLayer,
+    ASKS, Frame as FrameUniform, Light as GpuLight, Material as GpuMaterial, NO_TEXTURE, PROBE_RAYS,
+    ShadowLayer as GpuShadowLayer,
 };
 use crate::gpu::{Device, Player, Slot};
 use crate::parallel::Workers;
@@ -211,7 +212,13 @@ impl World {
 
     /// Rays that the slot's last frame traced.
     pub fn rays(&self, index: usize) -> u64 {
-        self.flights[index].light_rays + self.memory.probe_rays(index)
+        let [probes, ..] = self.memory.probe_counts(index);
+        self.flights[index].light_rays + u64::from(PROBE_RAYS) * u64::from(probes)
+    }
+
+    /// Of the slot's last frame, probes that looked, came to a tile, met another one there, and were given up.
+    pub fn probe_counts(&self, index: usize) -> [u32; 4] {
+        self.memory.probe_counts(index)
     }
 
     /// Follows the views in use, whose cameras are at `eyes` (voxels): the window's middle is the middle between them, and

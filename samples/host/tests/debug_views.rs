@@ -78,6 +78,11 @@ fn other_views_show_something_and_disturb_nothing() {
         println!("{view:?}: {mean:.3}");
         assert!(mean > 0.05, "{view:?}: {mean}");
     }
+    // New where nothing has been seen for long, else carried along, or new in its turn.
+    let probes = shown(&mut host, DebugView::Probes);
+    let kinds = [0, 1, 2].map(|k| probes.pixels.iter().filter(|p| p[k] == 1.0 && p.iter().sum::<f32>() == 1.0).count());
+    println!("probes: {kinds:?} of {} pixels", probes.pixels.len());
+    assert!(kinds[0] > 0 && kinds.iter().sum::<usize>() == probes.pixels.len(), "{kinds:?}");
     host.frame().expect("a frame");
     let after = host.read_indirect().expect("E_ind");
     let sum = |image: &Image| image.pixels.iter().map(|p| luminance(*p)).sum::<f64>();

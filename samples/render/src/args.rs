@@ -74,6 +74,9 @@ pub struct Args {
     /// Frames that the temporal filter averages at most
     #[arg(long)]
     pub temporal_frames: Option<u32>,
+    /// Frames in which settled probes and pixels look once: 1, 2 or 4
+    #[arg(long)]
+    pub gather_interval: Option<u32>,
     /// Rays of each pixel and frame into the world, instead of probes; 0: probes
     #[arg(long)]
     pub pixel_rays: Option<u32>,
@@ -141,6 +144,7 @@ impl Args {
             },
             probe_tile: self.probe_tile.unwrap_or(base.probe_tile),
             temporal_frames: self.temporal_frames.unwrap_or(base.temporal_frames),
+            gather_interval: self.gather_interval.unwrap_or(base.gather_interval),
             pixel_rays: self.pixel_rays.unwrap_or(base.pixel_rays),
             region_culling: self.region_culling.unwrap_or(base.region_culling),
         }

@@ -46,6 +46,11 @@ pub struct World {
     pub convergence: f32,
     pub pages: u32,
     pub rays: u64,
+    /// Screen probes: those that looked; of the frame before, kept; given up for a nearer one; for another surface.
+    pub probes_traced: u32,
+    pub probes_carried: u32,
+    pub probe_conflicts: u32,
+    pub probes_rejected: u32,
     pub mesh_triangles: u64,
     pub kept_triangles: u64,
 }
@@ -74,6 +79,7 @@ pub struct SettingsEntry {
     direct_lights: u32,
     hit_model: String,
     probe_tile: u32,
+    gather_interval: u32,
     temporal_frames: u32,
     pixel_rays: u32,
     region_culling: bool,
@@ -106,6 +112,10 @@ impl From<&Stats> for World {
             convergence: stats.convergence,
             pages: stats.pages,
             rays: stats.rays,
+            probes_traced: stats.probes_traced,
+            probes_carried: stats.probes_carried,
+            probe_conflicts: stats.probe_conflicts,
+            probes_rejected: stats.probes_rejected,
             mesh_triangles: stats.mesh_triangles,
             kept_triangles: stats.kept_triangles,
         }
@@ -129,6 +139,7 @@ impl From<&Settings> for SettingsEntry {
             direct_lights: settings.direct_lights,
             hit_model: format!("{:?}", settings.hit_model).to_lowercase(),
             probe_tile: settings.probe_tile,
+            gather_interval: settings.gather_interval,
             temporal_frames: settings.temporal_frames,
             pixel_rays: settings.pixel_rays,
             region_culling: settings.region_culling,
