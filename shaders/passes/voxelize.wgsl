@@ -1,5 +1,5 @@
-// One listed voxel a workgroup: 16 x 16 columns along each axis are cut against the triangles; the outermost layer of
-// each column enters the face's sums. Then planes, coverage and what the voxel shows its neighbours.
+// One listed voxel a workgroup: 16 x 16 columns along each axis, four in a row a thread, are cut against the triangles; the
+// outermost layer of each column enters the face's sums. Then planes, coverage and what the voxel shows its neighbours.
 // Per-face sums weighted by projected area are what rasterising in three directions would give, without its overdraw;
 // they are integers, so their order does not matter. Rules: accuracy "Build, per voxel".
 
@@ -32,8 +32,11 @@ var<workgroup> list_size: u32;
 // Triangles flagged CONTACT.
 var<workgroup> contacts: array<u32, 256>;
 var<workgroup> contact_count: atomic<u32>;
-// Outermost crossing per side and column: height | triangle, larger is further out; 0: none.
-var<workgroup> keys: array<u32, 1536>;
+// Sides that a column of any thread has a crossing for, and those of them that do not fill the cross-section: 6 bits.
+var<workgroup> present: atomic<u32>;
+var<workgroup> present_sides: u32;
+var<workgroup> unfilled: atomic<u32>;
+var<workgroup> unfilled_sides: u32;
 // Per side: samples, normal, position, albedo, emission.
 var<workgroup> sums: array<atomic<i32>, 78>;
 var<workgroup> coverage: array<atomic<u32>, 48>;
@@ -47,6 +50,16 @@ var<workgroup> part_filled: atomic<u32>;
 // 1: a triangle that crosses columns here lets light through.
 var<workgroup> translucent: atomic<u32>;
 
+// Outermost crossings of the thread's columns, a side each: height | triangle, larger is further out; 0: none.
+struct Crossings {
+    low_x: vec4<u32>,
+    high_x: vec4<u32>,
+    low_y: vec4<u32>,
+    high_y: vec4<u32>,
+    low_z: vec4<u32>,
+    high_z: vec4<u32>,
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
     let item = voxel_items[group.x];
@@ -55,15 +68,17 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let cell = apron_cell(item & 1023u);
     let origin = place_in_group(brick) + vec3<f32>(cell);
 
-    for (var i = thread; i < 1536u; i += 64u) { keys[i] = 0u; }
     for (var i = thread; i < 78u; i += 64u) { atomicStore(&sums[i], 0); }
     for (var i = thread; i < 96u; i += 64u) { atomicStore(&cells[i], 0u); }
     if thread < 48u { atomicStore(&coverage[thread], 0u); }
     if thread == 0u {
+        atomicStore(&present, 0u);
+        atomicStore(&unfilled, 0u);
         atomicStore(&part_filled, 0u);
         atomicStore(&translucent, 0u);
     }
 
+    var crossings = Crossings();
     var next = 0u;
     var rounds = 0u;
     while next < brick.triangle_count {
@@ -89,20 +104,30 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         }
         rounds++;
         workgroupBarrier();
-        for (var k = 0u; k < count; k++) { cut(brick.first_triangle, origin, list[k], thread); }
+        for (var k = 0u; k < count; k++) { cut(brick.first_triangle, origin, list[k], thread, &crossings); }
         workgroupBarrier();
     }
+    atomicOr(&present, crossed_sides(crossings));
     workgroupBarrier();
+    if thread == 0u { present_sides = atomicLoad(&present); }
+    let sides = workgroupUniformLoad(&present_sides);
 
-    for (var side = 0u; side < 6u; side++) { sum_side(brick.first_triangle, origin, side, thread); }
+    for (var left = sides; left != 0u; left &= left - 1u) {
+        let side = firstTrailingBit(left);
+        sum_side(brick.first_triangle, origin, side, crossings_of(crossings, side), thread);
+    }
     workgroupBarrier();
-    if thread < 6u { planes[thread] = mean_plane(thread); }
+    if thread < 6u {
+        planes[thread] = mean_plane(thread);
+        if has_surface(thread) && atomicLoad(&sums[thread * SUMS]) < 256 { atomicOr(&unfilled, 1u << thread); }
+    }
     workgroupBarrier();
+    if thread == 0u { unfilled_sides = atomicLoad(&unfilled); }
 
     let inner = all(cell >= vec3<i32>(0)) && all(cell < vec3<i32>(8));
-    if inner {
-        for (var side = 0u; side < 6u; side++) { test_open(side, thread); }
-    }
+    var open_sides = workgroupUniformLoad(&unfilled_sides);
+    if !inner { open_sides = 0u; }
+    for (; open_sides != 0u; open_sides &= open_sides - 1u) { test_open(firstTrailingBit(open_sides), sides, thread); }
     workgroupBarrier();
     if inner && thread < 6u && has_surface(thread) {
         masks[thread] = coverage_mask(thread, voxel_seed(brick, cell) + thread);
@@ -149,24 +174,38 @@ fn flag_contacts(first: u32, origin: vec3<f32>, count: u32, thread: u32) {
     }
 }
 
-// The triangle's outline in the plane of an axis; a column is inside where all three edges say so.
-fn in_outline(t: Triangle, axis: u32, sign: f32, p: vec2<f32>) -> bool {
+// Which of the thread's columns along an axis are inside a triangle's outline: where all three edges say so.
+fn in_outline(t: Triangle, axis: u32, sign: f32, thread: u32) -> vec4<bool> {
     let u = axis_u(axis);
     let v = axis_v(axis);
     let a = vec2<f32>(t.a[u], t.a[v]);
     let b = vec2<f32>(t.b[u], t.b[v]);
     let c = vec2<f32>(t.c[u], t.c[v]);
-    return on_left(a, b, p, sign) && on_left(b, c, p, sign) && on_left(c, a, p, sign);
+    return on_left(a, b, sign, thread) & on_left(b, c, sign, thread) & on_left(c, a, sign, thread);
 }
 
-fn on_left(a: vec2<f32>, b: vec2<f32>, p: vec2<f32>, sign: f32) -> bool {
+fn on_left(a: vec2<f32>, b: vec2<f32>, sign: f32, thread: u32) -> vec4<bool> {
     let e = b - a;
-    let q = p - a;
-    return (e.x * q.y - e.y * q.x) * sign >= -1e-5 * (abs(e.x) + abs(e.y));
+    let area = e.x * (columns_v(thread) - a.y) - e.y * (columns_u(thread) - a.x);
+    return area * sign >= vec4<f32>(-1e-5 * (abs(e.x) + abs(e.y)));
 }
 
-fn column(thread: u32, k: u32) -> vec2<f32> {
-    return (vec2<f32>(f32((thread & 3u) * 4u + k), f32(thread >> 2u)) + 0.5) / 16.0;
+// Where the thread's columns are.
+fn columns_u(thread: u32) -> vec4<f32> {
+    return (vec4<f32>(0.0, 1.0, 2.0, 3.0) + f32((thread & 3u) * 4u) + 0.5) / 16.0;
+}
+
+fn columns_v(thread: u32) -> f32 {
+    return (f32(thread >> 2u) + 0.5) / 16.0;
+}
+
+fn to_bits(columns: vec4<bool>) -> u32 {
+    let bits = select(vec4<u32>(0u), vec4<u32>(1u, 2u, 4u, 8u), columns);
+    return bits.x | bits.y | bits.z | bits.w;
+}
+
+fn from_bits(bits: u32) -> vec4<bool> {
+    return (vec4<u32>(bits) & vec4<u32>(1u, 2u, 4u, 8u)) != vec4<u32>(0u);
 }
 
 // Place of a column or coverage cell in an order in which the first n of 4^bits are spread evenly (Bayer, An Optimum
@@ -187,80 +226,127 @@ fn stops(t: Triangle, entry: u32, p: vec3<f32>, thread: u32, k: u32) -> bool {
     return opacity * 256.0 > f32(dither_order((thread & 3u) * 4u + k, thread >> 2u, 4u)) + 0.5;
 }
 
-fn on_column(axis: u32, column: vec2<f32>, height: f32) -> vec3<f32> {
+// A place in one of the thread's columns.
+fn on_column(axis: u32, k: u32, height: f32, thread: u32) -> vec3<f32> {
     var p = vec3<f32>(0.0);
-    p[axis_u(axis)] = column.x;
-    p[axis_v(axis)] = column.y;
+    p[axis_u(axis)] = columns_u(thread)[k];
+    p[axis_v(axis)] = columns_v(thread);
     p[axis] = height;
     return p;
 }
 
-// Enters a triangle's crossings with this thread's four columns of each axis.
-fn cut(first: u32, origin: vec3<f32>, entry: u32, thread: u32) {
+// Where a plane is along an axis, in the thread's columns.
+fn heights(n: vec3<f32>, offset: f32, axis: u32, thread: u32) -> vec4<f32> {
+    return (offset - n[axis_u(axis)] * columns_u(thread) - n[axis_v(axis)] * columns_v(thread)) / n[axis];
+}
+
+// Which columns along an axis a triangle crosses in the voxel.
+fn crossed(t: Triangle, n: vec3<f32>, axis: u32, at: vec4<f32>, thread: u32) -> u32 {
+    if !(abs(n[axis]) > 1e-4) { return 0u; }
+    let inside = in_outline(t, axis, select(-1.0, 1.0, n[axis] > 0.0), thread);
+    return to_bits(inside & (at >= vec4<f32>(0.0)) & (at < vec4<f32>(1.0)));
+}
+
+// Enters a triangle's crossings with the thread's columns.
+fn cut(first: u32, origin: vec3<f32>, entry: u32, thread: u32, crossings: ptr<function, Crossings>) {
     let index = entry & 0xffffu;
     let t = load_triangle(first + index, origin);
     let n = triangle_normal(t);
-    let is_translucent = (t.material & TRANSLUCENT) != 0u;
-    for (var axis = 0u; axis < 3u; axis++) {
-        if !(abs(n[axis]) > 1e-4) { continue; }
-        let sign = select(-1.0, 1.0, n[axis] > 0.0);
-        for (var k = 0u; k < 4u; k++) {
-            let p = column(thread, k);
-            if !in_outline(t, axis, sign, p) { continue; }
-            let height = (dot(n, t.a) - n[axis_u(axis)] * p.x - n[axis_v(axis)] * p.y) / n[axis];
-            if height < 0.0 || height >= 1.0 { continue; }
-            if (entry & CONTACT) != 0u && touches(first, origin, n, t.a, axis, p) { continue; }
-            if is_translucent {
-                atomicStore(&translucent, 1u);
-                if !stops(t, first + index, on_column(axis, p, height), thread, k) { continue; }
-            }
-            let level = 1u + u32(height * 65534.0);
-            let two_sided = (t.material & TWO_SIDED) != 0u;
-            let slot = axis * 512u + thread * 4u + k;
-            if sign > 0.0 || two_sided {
-                keys[slot + 256u] = max(keys[slot + 256u], (level << 16u) | index);
-            }
-            if sign < 0.0 || two_sided {
-                keys[slot] = max(keys[slot], ((65536u - level) << 16u) | index);
-            }
-        }
-    }
-}
-
-fn touches(first: u32, origin: vec3<f32>, n: vec3<f32>, on: vec3<f32>, axis: u32, p: vec2<f32>) -> bool {
-    let count = atomicLoad(&contact_count);
+    let offset = dot(n, t.a);
+    let x = heights(n, offset, 0u, thread);
+    let y = heights(n, offset, 1u, thread);
+    let z = heights(n, offset, 2u, thread);
+    // Four columns an axis.
+    var bits = crossed(t, n, 0u, x, thread) | (crossed(t, n, 1u, y, thread) << 4u) | (crossed(t, n, 2u, z, thread) << 8u);
+    let count = select(0u, atomicLoad(&contact_count), (entry & CONTACT) != 0u);
     for (var j = 0u; j < count; j++) {
         let other = load_triangle(first + contacts[j], origin);
-        if is_contact(n, on, other) && in_outline(other, axis, select(-1.0, 1.0, n[axis] < 0.0), p) { return true; }
+        if is_contact(n, t.a, other) {
+            let side = select(vec3<f32>(-1.0), vec3<f32>(1.0), n < vec3<f32>(0.0));
+            bits &= ~(to_bits(in_outline(other, 0u, side.x, thread)) | (to_bits(in_outline(other, 1u, side.y, thread)) << 4u)
+                | (to_bits(in_outline(other, 2u, side.z, thread)) << 8u));
+        }
     }
-    return false;
+    var left = select(0u, bits, (t.material & TRANSLUCENT) != 0u);
+    if left != 0u { atomicStore(&translucent, 1u); }
+    for (; left != 0u; left &= left - 1u) {
+        let column = firstTrailingBit(left);
+        let axis = column >> 2u;
+        let k = column & 3u;
+        let height = select(select(x, y, axis == 1u), z, axis == 2u)[k];
+        if !stops(t, first + index, on_column(axis, k, height, thread), thread, k) { bits &= ~(1u << column); }
+    }
+    let two_sided = (t.material & TWO_SIDED) != 0u;
+    let low = (n < vec3<f32>(0.0)) | vec3<bool>(two_sided);
+    let high = (n > vec3<f32>(0.0)) | vec3<bool>(two_sided);
+    let levels = array<vec4<u32>, 3>(level(x), level(y), level(z));
+    (*crossings).low_x = farther((*crossings).low_x, select(0u, bits, low.x), 65536u - levels[0], index);
+    (*crossings).high_x = farther((*crossings).high_x, select(0u, bits, high.x), levels[0], index);
+    (*crossings).low_y = farther((*crossings).low_y, select(0u, bits >> 4u, low.y), 65536u - levels[1], index);
+    (*crossings).high_y = farther((*crossings).high_y, select(0u, bits >> 4u, high.y), levels[1], index);
+    (*crossings).low_z = farther((*crossings).low_z, select(0u, bits >> 8u, low.z), 65536u - levels[2], index);
+    (*crossings).high_z = farther((*crossings).high_z, select(0u, bits >> 8u, high.z), levels[2], index);
 }
 
-// Adds this thread's columns to a side's sums.
-fn sum_side(first: u32, origin: vec3<f32>, side: u32, thread: u32) {
+// 1 to 65535 for heights from 0 to 1.
+fn level(height: vec4<f32>) -> vec4<u32> {
+    return 1u + vec4<u32>(clamp(height, vec4<f32>(0.0), vec4<f32>(1.0)) * 65534.0);
+}
+
+fn farther(was: vec4<u32>, columns: u32, level: vec4<u32>, index: u32) -> vec4<u32> {
+    return select(was, max(was, (level << vec4<u32>(16u)) | vec4<u32>(index)), from_bits(columns));
+}
+
+fn crossings_of(c: Crossings, side: u32) -> vec4<u32> {
+    let x = select(c.low_x, c.high_x, side == 1u);
+    let y = select(c.low_y, c.high_y, side == 3u);
+    let z = select(c.low_z, c.high_z, side == 5u);
+    return select(select(x, y, (side >> 1u) == 1u), z, (side >> 1u) == 2u);
+}
+
+fn crossed_sides(c: Crossings) -> u32 {
+    var sides = 0u;
+    for (var side = 0u; side < 6u; side++) {
+        if any(crossings_of(c, side) != vec4<u32>(0u)) { sides |= 1u << side; }
+    }
+    return sides;
+}
+
+// Adds the thread's columns to a side's sums.
+fn sum_side(first: u32, origin: vec3<f32>, side: u32, keys: vec4<u32>, thread: u32) {
     let axis = side >> 1u;
-    let u = axis_u(axis);
-    let v = axis_v(axis);
     var n_sum = vec3<f32>(0.0);
     var p_sum = vec3<f32>(0.0);
     var albedo = vec3<f32>(0.0);
     var emission = vec3<f32>(0.0);
-    var bits = 0u;
-    for (var k = 0u; k < 4u; k++) {
-        let key = keys[axis * 512u + (side & 1u) * 256u + thread * 4u + k];
-        if key == 0u { continue; }
-        bits |= 1u << k;
-        let index = first + (key & 0xffffu);
+    let bits = to_bits(keys != vec4<u32>(0u));
+    // Columns of the same triangle at once.
+    var left = bits;
+    while left != 0u {
+        let entry = keys[firstTrailingBit(left)] & 0xffffu;
+        let own = left & to_bits((keys & vec4<u32>(0xffffu)) == vec4<u32>(entry));
+        left &= ~own;
+        let index = first + entry;
         let t = load_triangle(index, origin);
         let front = triangle_normal(t);
         let outward = (front[axis] > 0.0) == ((side & 1u) == 1u);
-        let c = column(thread, k);
-        let p = on_column(axis, c, (dot(front, t.a) - front[u] * c.x - front[v] * c.y) / front[axis]);
-        n_sum += select(-front, front, outward);
-        p_sum += p;
+        let at = heights(front, dot(front, t.a), axis, thread);
+        let share = select(vec4<f32>(0.0), vec4<f32>(1.0), from_bits(own));
+        let count = f32(countOneBits(own));
+        n_sum += select(-front, front, outward) * count;
+        p_sum[axis_u(axis)] += dot(columns_u(thread), share);
+        p_sum[axis_v(axis)] += columns_v(thread) * count;
+        p_sum[axis] += dot(select(vec4<f32>(0.0), at, from_bits(own)), vec4<f32>(1.0));
         let material = materials[t.material & MATERIAL_MASK];
-        albedo += min(material.base_color * texture_color(material, index, t, p), vec3<f32>(0.95));
-        if outward { emission += material.emission; }
+        if outward { emission += material.emission * count; }
+        let textured = select(own, 0u, material.texture == NO_TEXTURE);
+        if textured == 0u { albedo += min(material.base_color, vec3<f32>(0.95)) * count; }
+        for (var texels = textured; texels != 0u; texels &= texels - 1u) {
+            let k = firstTrailingBit(texels);
+            // Stored as square roots of linear values.
+            let root = texture_texel(material, index, t, on_column(axis, k, at[k], thread)).xyz;
+            albedo += min(material.base_color * root * root, vec3<f32>(0.95));
+        }
     }
     if bits == 0u { return; }
     let base = side * SUMS;
@@ -283,12 +369,6 @@ fn add3(at: u32, value: vec3<f32>) {
 
 fn sum3(at: u32) -> vec3<f32> {
     return vec3<f32>(vec3<i32>(atomicLoad(&sums[at]), atomicLoad(&sums[at + 1u]), atomicLoad(&sums[at + 2u]))) / FIXED;
-}
-
-fn texture_color(material: Material, entry: u32, t: Triangle, p: vec3<f32>) -> vec3<f32> {
-    let s = texture_texel(material, entry, t, p).xyz;
-    // Stored as square roots of linear values.
-    return s * s;
 }
 
 fn texture_texel(material: Material, entry: u32, t: Triangle, p: vec3<f32>) -> vec4<f32> {
@@ -337,34 +417,26 @@ fn is_covered(side: u32, p: vec3<f32>) -> bool {
 }
 
 // Counts the uncovered columns whose point on the plane lies in the voxel and is not hidden by another side.
-fn test_open(side: u32, thread: u32) {
-    if !has_surface(side) { return; }
+fn test_open(side: u32, sides: u32, thread: u32) {
     let axis = side >> 1u;
-    let n = planes[side].xyz;
-    var open = 0u;
-    for (var k = 0u; k < 4u; k++) {
-        let c = column(thread, k);
-        var p = vec3<f32>(0.0);
-        p[axis_u(axis)] = c.x;
-        p[axis_v(axis)] = c.y;
-        if is_covered(side, p) { continue; }
-        p[axis] = (planes[side].w - n[axis_u(axis)] * c.x - n[axis_v(axis)] * c.y) / n[axis];
-        if p[axis] <= -0.02 || p[axis] >= 1.02 { continue; }
-        if !is_hidden(side, p + n * 0.02) { open += 1u; }
+    let plane = planes[side];
+    let at = heights(plane.xyz, plane.w, axis, thread);
+    let covered = atomicLoad(&coverage[side * 8u + (thread >> 3u)]) >> ((thread & 7u) * 4u);
+    var open = to_bits((at > vec4<f32>(-0.02)) & (at < vec4<f32>(1.02))) & ~covered;
+    for (var others = sides & ~(1u << side); others != 0u; others &= others - 1u) {
+        let b = firstTrailingBit(others);
+        let before = planes[b];
+        let opposite = planes[b ^ 1u];
+        for (var left = open; left != 0u; left &= left - 1u) {
+            let k = firstTrailingBit(left);
+            let p = on_column(axis, k, at[k], thread) + plane.xyz * 0.02;
+            if dot(before.xyz, p) - before.w >= 0.016 || !is_covered(b, p) { continue; }
+            if opposite.w > -1e6 && dot(opposite.xyz, p) > opposite.w && is_covered(b ^ 1u, p) { continue; }
+            open &= ~(1u << k);
+        }
     }
     let row = thread >> 2u;
-    atomicAdd(&cells[side * 16u + (row >> 2u) * 4u + (thread & 3u)], open << 16u);
-}
-
-fn is_hidden(side: u32, p: vec3<f32>) -> bool {
-    for (var b = 0u; b < 6u; b++) {
-        if b == side || !has_surface(b) { continue; }
-        if dot(planes[b].xyz, p) - planes[b].w >= 0.016 || !is_covered(b, p) { continue; }
-        let other = b ^ 1u;
-        if has_surface(other) && is_covered(other, p) && dot(planes[other].xyz, p) > planes[other].w { continue; }
-        return true;
-    }
-    return false;
+    atomicAdd(&cells[side * 16u + (row >> 2u) * 4u + (thread & 3u)], countOneBits(open & 15u) << 16u);
 }
 
 // 4 x 4 coverage: cells at least half covered of what is not hidden; wholly hidden ones only beside a covered one; if
