@@ -416,7 +416,8 @@ impl Context {
             history_max: self.world.history_max(&self.settings),
             loads: self.world.loads,
             pixel_rays: self.settings.pixel_rays,
-            gather_interval: self.settings.gather_interval,
+            // The reference for probes looks always.
+            gather_interval: if self.settings.pixel_rays == 0 { self.settings.gather_interval } else { 1 },
         };
         let view = self.views.get_mut(&inputs.view.0).expect("found above");
         let uniform = view.uniform(&camera, eye - self.world.window_voxels(), &shape);

@@ -115,7 +115,7 @@ fn bad_pointers_structs_and_counts_are_refused() {
         ("dispatch: format", ARGUMENT, "outputformat", |b| {
             b.dispatch(|info| info.output_format = vk::Format::R8G8B8A8_UNORM)
         }),
-        ("dispatch: debug view", ARGUMENT, "debugview", |b| b.dispatch(|info| info.debug_view = 7)),
+        ("dispatch: debug view", ARGUMENT, "debugview", |b| b.dispatch(|info| info.debug_view = 8)),
         ("dispatch: NaN", ARGUMENT, "cleardepth", |b| b.dispatch(|info| info.clear_depth = f32::NAN)),
         ("stats: NULL", ARGUMENT, "null", |b| unsafe { bgiGetStats(b.context, null_mut()) }),
         ("stats: sType", STRUCTURE, "stype", |b| b.stats(|stats| stats.s_type = 0)),
