@@ -14,8 +14,10 @@ use std::path::{Path, PathBuf};
 
 /// Text of a shader, and what replaces it.
 type Change = (&'static str, &'static str);
-/// The output image has 32 bits a channel.
+/// Output and composite have 32 bits a channel.
 const FLOAT32: Change = ("rgba16float", "rgba32float");
+/// Pixels do not look for what is near.
+const FAR: Change = ("const NEAR_FIELD: bool = true;", "const NEAR_FIELD: bool = false;");
 /// What rays find has not bounced before.
 const ONCE: Change =
     ("e += hit_radiance(hit, direction);", "e += sent_directly(hit, start.xyz, direction, face.seed, index);");
@@ -27,8 +29,11 @@ const MAPS: Change = ("let said = MAP_SILENT;", "let said = ask_map(light, p, no
 /// Pipelines made from another pass's source: (pass, new name, changes).
 const PERMUTATIONS: &[(&str, &str, &[Change])] = &[
     ("resolve", "resolve_float32", &[FLOAT32]),
+    ("resolve", "resolve_far", &[FAR]),
+    ("resolve", "resolve_far_float32", &[FAR, FLOAT32]),
     ("disocclusion", "disocclusion_float32", &[FLOAT32]),
     ("debug_view", "debug_view_float32", &[FLOAT32]),
+    ("composite", "composite_float32", &[FLOAT32]),
     ("light_bounce", "light_bounce_once", &[AREAS, ONCE]),
     ("light_direct", "light_direct_areas", &[AREAS]),
     ("light_direct", "light_direct_maps", &[AREAS, MAPS]),

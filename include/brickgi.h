@@ -172,6 +172,10 @@ typedef struct BgiSettings {
     /// Frames in which a screen probe that has been carried along, and a pixel that has been seen for long, look once: 1, 2
     /// or 4; default 4, one of each two by two. What has not been seen for long looks in every frame.
     uint32_t gatherInterval;
+    /// 1: each pixel looks for what stands within two voxels of it, and for what hides its probes' light within 16: contact
+    /// shadows. Up to two short rays a pixel, the larger part of what the gather costs. 0: it takes what probes say.
+    /// Default 1.
+    uint32_t nearField;
 } BgiSettings;
 
 /// Severity of a log line: one of BGI_LOG_*.
@@ -594,10 +598,10 @@ typedef struct BgiCamera {
 /// What the output shows: one of BGI_DEBUG_VIEW_*.
 typedef uint32_t BgiDebugView;
 
-/// One view's frame. Every field but pNext and debugView is required.
+/// One view's frame. Every field but pNext, debugView, albedo, direct and composite is required.
 ///
 /// Images on entry, made so by the host's barrier: written and visible to VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with
-/// VK_ACCESS_SHADER_READ_BIT (depth, normal) or VK_ACCESS_SHADER_WRITE_BIT (output). On exit their layouts are as on
+/// VK_ACCESS_SHADER_READ_BIT (depth, normal, albedo, direct) or VK_ACCESS_SHADER_WRITE_BIT (output, composite). On exit their layouts are as on
 /// entry, and `output` is last written in VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with VK_ACCESS_SHADER_WRITE_BIT: the
 /// host makes that visible to whatever reads it. Views are 2D, single-sampled, one level and one layer.
 typedef struct BgiDispatchInfo {
@@ -618,7 +622,7 @@ typedef struct BgiDispatchInfo {
     VkImageView normal;
     /// Receives the indirect irradiance E_ind in rgb (linear Rec.709, unit of the lights; multiply by albedo / pi) and
     /// 1 in a; all 0 where nothing was drawn. Usage VK_IMAGE_USAGE_STORAGE_BIT, layout VK_IMAGE_LAYOUT_GENERAL. Every
-    /// pixel of the region is written and none is read: its contents on entry do not matter.
+    /// pixel of the region is written, and none is read before: its contents on entry do not matter.
     VkImageView output;
     /// Format of `output`: VK_FORMAT_R16G16B16A16_SFLOAT or VK_FORMAT_R32G32B32A32_SFLOAT.
     VkFormat outputFormat;
@@ -631,6 +635,16 @@ typedef struct BgiDispatchInfo {
     /// What the output shows instead of E_ind: BGI_DEBUG_VIEW_NONE, or a picture for the host's developer. The first
     /// such call on a context creates a pipeline.
     BgiDebugView debugView;
+    /// Optional, with `direct` and `composite`: albedo of the surfaces in rgb, linear Rec.709, 0 to 1. Usage
+    /// VK_IMAGE_USAGE_SAMPLED_BIT, layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL.
+    VkImageView albedo;
+    /// Optional, with `albedo` and `composite`: what the surfaces send out by direct light and emission, and the
+    /// background, in rgb (radiance, linear Rec.709, unit of the lights). Usage and layout as for `albedo`.
+    VkImageView direct;
+    /// Optional, with `albedo` and `direct`: receives what the host would draw, direct + albedo / pi x E_ind, in rgb and 1
+    /// in a; what `output` shows where that is a debug view. Format, usage and layout as for `output`; another image,
+    /// access on entry and exit as for `output`. The first such call on a context creates a pipeline.
+    VkImageView composite;
 } BgiDispatchInfo;
 
 /// GPU time of one pass.

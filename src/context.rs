@@ -9,7 +9,7 @@ use crate::gpu::{Device, Pipelines, Player, Slot, Target};
 use crate::parallel::{ParallelFor, Workers};
 use crate::passes::bricks::VOXELIZE_PASSES;
 use crate::passes::light::bounce_pass;
-use crate::passes::probes::{debug_pass, debug_view, gather};
+use crate::passes::probes::{composite, composite_pass, debug_pass, debug_view, gather, resolve_pass};
 use crate::scene::{Camera, Light, MeshUpdate, Scene, ShadowMap, Sky, SkyImage, Triangles, check_shadow_maps};
 use crate::settings::Settings;
 use crate::view::{FrameShape, View};
@@ -113,10 +113,25 @@ pub struct FrameInputs {
     pub output_float32: bool,
     /// What the output shows instead of E_ind. The first such dispatch creates a pipeline.
     pub debug_view: Option<DebugView>,
+    /// What the host would draw, made as well. The first such dispatch creates a pipeline.
+    pub composite: Option<Composite>,
     /// Width of the rendered region in pixels (at most the view's).
     pub width: u32,
     /// Height of the rendered region in pixels (at most the view's).
     pub height: u32,
+}
+
+/// Direct and indirect light in one picture: direct + albedo / pi x E_ind.
+#[derive(Clone, Copy, Debug)]
+pub struct Composite {
+    /// Albedo of the surfaces in rgb, linear Rec.709, 0 to 1; usage SAMPLED, layout `SHADER_READ_ONLY_OPTIMAL`.
+    pub albedo: vk::ImageView,
+    /// What surfaces send out by direct light and emission, and the background, in rgb: radiance, linear Rec.709, unit of
+    /// the lights; usage SAMPLED, layout `SHADER_READ_ONLY_OPTIMAL`.
+    pub direct: vk::ImageView,
+    /// Receives the sum in rgb and 1 in a; the output alone where that is a debug view. Format and layout as `output`'s;
+    /// another image.
+    pub output: vk::ImageView,
 }
 
 /// GPU time of one pass.
@@ -390,9 +405,18 @@ impl Context {
         {
             return Err(Error::invalid("command_buffer, depth, normal and output must not be null"));
         }
+        if let Some(Composite { albedo, direct, output }) = inputs.composite
+            && ([albedo, direct, output].contains(&vk::ImageView::null()) || output == inputs.output)
+        {
+            return Err(Error::invalid("albedo, direct and composite must not be null, nor composite the output"));
+        }
         let camera = view.camera.ok_or_else(|| Error::invalid("the view has no camera yet"))?;
+        self.pipelines.add(&self.device, resolve_pass(self.settings.near_field, inputs.output_float32))?;
         if inputs.debug_view.is_some() {
             self.pipelines.add(&self.device, debug_pass(inputs.output_float32))?;
+        }
+        if inputs.composite.is_some() {
+            self.pipelines.add(&self.device, composite_pass(inputs.output_float32))?;
         }
         view.drawn = Some(self.frame_index);
 
@@ -418,12 +442,16 @@ impl Context {
             pixel_rays: self.settings.pixel_rays,
             // The reference for probes looks always.
             gather_interval: if self.settings.pixel_rays == 0 { self.settings.gather_interval } else { 1 },
+            near_field: self.settings.near_field,
         };
         let view = self.views.get_mut(&inputs.view.0).expect("found above");
         let uniform = view.uniform(&camera, eye - self.world.window_voxels(), &shape);
         gather(&mut frame, &uniform, self.frame_index, inputs.output_float32);
         if let Some(shown) = inputs.debug_view {
             debug_view(&mut frame, &uniform, shown, inputs.output_float32);
+        }
+        if inputs.composite.is_some() {
+            composite(&mut frame, &uniform, inputs.debug_view.is_some(), inputs.output_float32);
         }
 
         self.world.bind(index, &self.scene, &mut self.player);

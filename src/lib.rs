@@ -20,7 +20,7 @@
 //! | bricks | `brick_compact`, `brick_commit`, `grid_update`, `voxel_mark`, `voxelize`, `face_resolve` |
 //! | lighting | `face_compact`, then `light_direct`, `light_bounce`, `light_store` for each sweep |
 //! | probes | `probe_reproject`, `probe_place`, `probe_carry`, `probe_trace` |
-//! | resolve | `resolve`, `disocclusion` |
+//! | resolve | `resolve`, `disocclusion`, `composite` |
 //!
 //! ## The folders
 //!
@@ -57,8 +57,8 @@ mod view;
 mod world;
 
 pub use context::{
-    Context, ContextDesc, DebugView, DeviceHandles, DeviceRequirements, FrameInputs, PassTime, ResourceSize, Stats,
-    ViewId,
+    Composite, Context, ContextDesc, DebugView, DeviceHandles, DeviceRequirements, FrameInputs, PassTime, ResourceSize,
+    Stats, ViewId,
 };
 pub use error::{Error, Result};
 pub use parallel::ParallelFor;

@@ -72,6 +72,9 @@ pub struct Settings {
     /// Frames in which a screen probe that has been carried along, and a pixel that has been seen for long, look once: 1, 2
     /// or 4; default 4, one of each two by two. What has not been seen for long looks in every frame.
     pub gather_interval: u32,
+    /// Whether each pixel looks for what stands within two voxels of it, and for what hides its probes' light within 16:
+    /// contact shadows; default true. Up to two short rays a pixel, the larger part of what the gather costs.
+    pub near_field: bool,
     /// Frames that the full-resolution temporal filter averages at most while the world is at rest, 1 to 1024; 1 turns it
     /// off; default 256.
     pub temporal_frames: u32,
@@ -101,6 +104,7 @@ impl Default for Settings {
             hit_model: HitModel::Plane,
             probe_tile: 16,
             gather_interval: 4,
+            near_field: true,
             temporal_frames: 256,
             pixel_rays: 0,
             region_culling: false,

@@ -1,8 +1,8 @@
 //! A view: a camera with its own probes and history.
 
-use crate::context::{FrameInputs, ResourceSize};
+use crate::context::{Composite, FrameInputs, ResourceSize};
 use crate::error::{Error, Result};
-use crate::gpu::shared::{LOBE_WORDS, View as ViewUniform};
+use crate::gpu::shared::{LOBE_WORDS, NEAR_VOXELS, View as ViewUniform};
 use crate::gpu::{Bound, Buffer, Device, Location};
 use crate::scene::Camera;
 use ash::vk;
@@ -85,6 +85,7 @@ impl View {
             history_max: frame.history_max,
             pixel_rays: frame.pixel_rays,
             gather_interval: frame.gather_interval,
+            near_field: if frame.near_field { NEAR_VOXELS } else { -1.0 },
             ..ViewUniform::default()
         };
         if let Some((previous, previous_size)) = self.previous.filter(|_| self.loads == frame.loads) {
@@ -122,6 +123,11 @@ impl View {
         bound.insert("depth_image", Bound::Image(inputs.depth, read));
         bound.insert("normal_image", Bound::Image(inputs.normal, read));
         bound.insert("output_image", Bound::Image(inputs.output, vk::ImageLayout::GENERAL));
+        if let Some(Composite { albedo, direct, output }) = inputs.composite {
+            bound.insert("albedo_image", Bound::Image(albedo, read));
+            bound.insert("direct_image", Bound::Image(direct, read));
+            bound.insert("composite_image", Bound::Image(output, vk::ImageLayout::GENERAL));
+        }
     }
 
     /// Names and bytes of the view's buffers.
@@ -145,4 +151,5 @@ pub struct FrameShape {
     pub loads: u32,
     pub pixel_rays: u32,
     pub gather_interval: u32,
+    pub near_field: bool,
 }

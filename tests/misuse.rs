@@ -53,6 +53,8 @@ fn bad_pointers_structs_and_counts_are_refused() {
         ("settings: region culling", ARGUMENT, "regionculling", |b| {
             b.create_with(|settings| settings.region_culling = 2)
         }),
+        ("settings: interval", ARGUMENT, "gather_interval", |b| b.create_with(|settings| settings.gather_interval = 3)),
+        ("settings: near field", ARGUMENT, "nearfield", |b| b.create_with(|settings| settings.near_field = 2)),
         ("settings: hit model", ARGUMENT, "hitmodel", |b| b.create_with(|settings| settings.hit_model = 7)),
         ("requirements: NULL", ARGUMENT, "null", |b| unsafe { bgiGetDeviceRequirements(&b.query(), null_mut()) }),
         ("requirements: sType", STRUCTURE, "stype", |b| unsafe { bgiGetDeviceRequirements(&b.query(), &mut zeroed()) }),
@@ -116,6 +118,15 @@ fn bad_pointers_structs_and_counts_are_refused() {
             b.dispatch(|info| info.output_format = vk::Format::R8G8B8A8_UNORM)
         }),
         ("dispatch: debug view", ARGUMENT, "debugview", |b| b.dispatch(|info| info.debug_view = 8)),
+        ("dispatch: half a composite", ARGUMENT, "albedo, direct and composite", |b| {
+            b.dispatch(|info| info.albedo = vk::ImageView::from_raw(4))
+        }),
+        ("dispatch: composite into the output", ARGUMENT, "composite is output's", |b| {
+            b.dispatch(|info| {
+                [info.albedo, info.direct] = [4, 5].map(vk::ImageView::from_raw);
+                info.composite = info.output;
+            })
+        }),
         ("dispatch: NaN", ARGUMENT, "cleardepth", |b| b.dispatch(|info| info.clear_depth = f32::NAN)),
         ("stats: NULL", ARGUMENT, "null", |b| unsafe { bgiGetStats(b.context, null_mut()) }),
         ("stats: sType", STRUCTURE, "stype", |b| b.stats(|stats| stats.s_type = 0)),

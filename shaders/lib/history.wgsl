@@ -44,7 +44,8 @@ fn has_settled(past: vec4<f32>) -> bool {
     return min(past.w, f32(view.history_max)) >= SETTLED;
 }
 
-// Whether it is the turn of a probe or pixel: one of each `interval` in a square of two by two is in a frame.
+// Whether it is the turn of a probe, or of the pixels of a workgroup: one of each `interval` in a square of two by two is in
+// a frame.
 fn is_turn(place: vec2<u32>, frame_index: u32) -> bool {
     let own = ((place.x ^ place.y) & 1u) | ((place.y & 1u) << 1u);
     return (own - frame_index) % view.gather_interval == 0u;

@@ -8,10 +8,6 @@
 @res var depth_image: texture_2d<f32>;
 @res var normal_image: texture_2d<f32>;
 
-// Nearer than this (voxels) each pixel looks for itself, for probes stand too far apart for contacts; and so a probe's hits
-// do not count.
-const NEAR: f32 = 2.0;
-
 fn luminance(color: vec3<f32>) -> f32 {
     return dot(color, vec3<f32>(0.2126, 0.7152, 0.0722));
 }

@@ -99,7 +99,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     ask_for_light(hit);
     let radiance = hit_radiance(hit, direction);
     let weight = local.w / (4096.0 * density);
-    rays[thread] = Ray(radiance, hit.t <= NEAR, local.xyz, weight);
+    rays[thread] = Ray(radiance, hit.t <= view.near_field, local.xyz, weight);
     workgroupBarrier();
 
     if thread < 9u { probe_irradiance[index * 9u + thread] = irradiance(thread); }

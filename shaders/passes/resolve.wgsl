@@ -17,6 +17,8 @@ var<immediate> push: ViewPush;
 @res var<storage, read_write> history_out: array<u32>;
 @res var output_image: texture_storage_2d<rgba16float, write>;
 
+// Another line where a setting leaves it to probes alone (build.rs).
+const NEAR_FIELD: bool = true;
 // How far (voxels) a pixel looks for what stands between it and what a probe sees.
 const GUIDED: f32 = 16.0;
 // Frames averaged while the world or its lights are changing.
@@ -26,7 +28,7 @@ const FALLBACK_RAYS: u32 = 4u;
 const PI: f32 = 3.14159265;
 
 @compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
     let pixel = id.xy;
     if any(pixel >= view.size) { return; }
     let at = pixel.y * view.stride + pixel.x;
@@ -38,7 +40,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let past = load_history(surface);
     let rests = has_settled(past);
-    if rests && !is_turn(pixel, push.frame_index) && at_run_time(view.pixel_rays, at) == 0u {
+    // Whole workgroups at once: pixels that rest beside others that look would spare no time.
+    if rests && !is_turn(group.xy, push.frame_index) {
         store_history(at, past, surface_word(surface));
         textureStore(output_image, pixel, vec4<f32>(past.xyz, 1.0));
         return;
@@ -65,8 +68,9 @@ fn gather(pixel: vec2<u32>, at: u32, surface: Surface, index: u32) -> vec4<f32> 
     if far.weight > 1e-3 {
         let open = far.sum / far.weight;
         let weight = clamp(far.weight, 0.002, 1.0);
+        if !NEAR_FIELD { return vec4<f32>(open.xyz, weight); }
         let direction = cosine_direction(surface.normal, r2(seed, index));
-        let near = look(surface, start, direction, NEAR);
+        let near = look(surface, start, direction, NEAR_VOXELS);
         if near.kind == HIT { return vec4<f32>(PI * hit_radiance(near, direction), weight); }
         let e = open.xyz - hidden(surface, start, open, probe_guides[far.guide]);
         return vec4<f32>(max(e, vec3<f32>(0.0)), weight);
@@ -97,7 +101,7 @@ fn hidden(surface: Surface, start: Start, e: vec4<f32>, guide: vec4<f32>) -> vec
     let scale = luminance(e.xyz) / brightness;
     var t = distance;
     var seen = vec3<f32>(0.0);
-    if distance > NEAR {
+    if distance > NEAR_VOXELS {
         let hit = look(surface, start, direction, min(GUIDED, 0.95 * distance - 1.0));
         // What lets some light through has let the probe's ray pass, and may hide nothing.
         if hit.kind == MISS || hit.translucent { return vec3<f32>(0.0); }
@@ -105,7 +109,7 @@ fn hidden(surface: Surface, start: Start, e: vec4<f32>, guide: vec4<f32>) -> vec
         seen = min(hit_radiance(hit, direction), 4.0 * radiance);
     }
     // What is very near the pixel sees for itself, and takes from the probes' mean.
-    if t < NEAR { return radiance * (scale * e.w) - e.xyz * min(scale / PI, 2.0); }
+    if t < NEAR_VOXELS { return radiance * (scale * e.w) - e.xyz * min(scale / PI, 2.0); }
     return (radiance - seen) * (scale * e.w);
 }
 

@@ -41,6 +41,8 @@ const SKY_GRADIENT: u32 = 1u;
 const SKY_IMAGE: u32 = 2u;
 // Texels along the edge of its map: 16 KiB, which every device takes as a uniform buffer.
 const SKY_EDGE: u32 = 64u;
+// Nearer than this (voxels) each pixel looks for itself: probes stand too far apart for contacts.
+const NEAR_VOXELS: f32 = 2.0;
 // Rays of a screen probe.
 const PROBE_RAYS: u32 = 64u;
 // Words of a probe's lobes: 64 halves and a normal.

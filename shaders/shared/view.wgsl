@@ -31,4 +31,6 @@ struct View {
     pixel_rays: u32,
     // Of so many settled probes, and of so many settled pixels, one looks in a frame.
     gather_interval: u32,
+    // Within so many voxels pixels look for themselves, and what probes hit there does not count; negative: nowhere.
+    near_field: f32,
 }

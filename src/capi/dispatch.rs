@@ -4,7 +4,8 @@ use super::guard::{Failure, guard_context};
 use super::input::{self, structure_types};
 use super::types::*;
 use super::vk::*;
-use crate::context::{DebugView, FrameInputs};
+use crate::context::{Composite, DebugView, FrameInputs};
+use ash::vk::Handle;
 use std::ffi::c_void;
 
 /// What the output shows: one of BGI_DEBUG_VIEW_*.
@@ -28,10 +29,10 @@ pub const BGI_DEBUG_VIEW_HISTORY: BgiDebugView = 6;
 /// settled one (red), or none (black).
 pub const BGI_DEBUG_VIEW_PROBES: BgiDebugView = 7;
 
-/// One view's frame. Every field but pNext and debugView is required.
+/// One view's frame. Every field but pNext, debugView, albedo, direct and composite is required.
 ///
 /// Images on entry, made so by the host's barrier: written and visible to VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with
-/// VK_ACCESS_SHADER_READ_BIT (depth, normal) or VK_ACCESS_SHADER_WRITE_BIT (output). On exit their layouts are as on
+/// VK_ACCESS_SHADER_READ_BIT (depth, normal, albedo, direct) or VK_ACCESS_SHADER_WRITE_BIT (output, composite). On exit their layouts are as on
 /// entry, and `output` is last written in VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with VK_ACCESS_SHADER_WRITE_BIT: the
 /// host makes that visible to whatever reads it. Views are 2D, single-sampled, one level and one layer.
 #[repr(C)]
@@ -54,7 +55,7 @@ pub struct BgiDispatchInfo {
     pub normal: VkImageView,
     /// Receives the indirect irradiance E_ind in rgb (linear Rec.709, unit of the lights; multiply by albedo / pi) and
     /// 1 in a; all 0 where nothing was drawn. Usage VK_IMAGE_USAGE_STORAGE_BIT, layout VK_IMAGE_LAYOUT_GENERAL. Every
-    /// pixel of the region is written and none is read: its contents on entry do not matter.
+    /// pixel of the region is written, and none is read before: its contents on entry do not matter.
     pub output: VkImageView,
     /// Format of `output`: VK_FORMAT_R16G16B16A16_SFLOAT or VK_FORMAT_R32G32B32A32_SFLOAT.
     pub output_format: VkFormat,
@@ -67,6 +68,16 @@ pub struct BgiDispatchInfo {
     /// What the output shows instead of E_ind: BGI_DEBUG_VIEW_NONE, or a picture for the host's developer. The first
     /// such call on a context creates a pipeline.
     pub debug_view: BgiDebugView,
+    /// Optional, with `direct` and `composite`: albedo of the surfaces in rgb, linear Rec.709, 0 to 1. Usage
+    /// VK_IMAGE_USAGE_SAMPLED_BIT, layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL.
+    pub albedo: VkImageView,
+    /// Optional, with `albedo` and `composite`: what the surfaces send out by direct light and emission, and the
+    /// background, in rgb (radiance, linear Rec.709, unit of the lights). Usage and layout as for `albedo`.
+    pub direct: VkImageView,
+    /// Optional, with `albedo` and `direct`: receives what the host would draw, direct + albedo / pi x E_ind, in rgb and 1
+    /// in a; what `output` shows where that is a debug view. Format, usage and layout as for `output`; another image,
+    /// access on entry and exit as for `output`. The first such call on a context creates a pipeline.
+    pub composite: VkImageView,
 }
 
 structure_types! { BgiDispatchInfo = BGI_STRUCTURE_TYPE_DISPATCH_INFO }
@@ -83,6 +94,16 @@ fn debug_view(view: BgiDebugView) -> Result<Option<DebugView>, Failure> {
         BGI_DEBUG_VIEW_PROBES => DebugView::Probes,
         other => return Err(Failure::argument(format!("debugView is {other}"))),
     }))
+}
+
+fn composite(info: &BgiDispatchInfo) -> Result<Option<Composite>, Failure> {
+    let given = [info.albedo, info.direct, info.composite].map(|view| !view.is_null());
+    match given {
+        [false, false, false] => Ok(None),
+        [true, true, true] if info.composite == info.output => Err(Failure::argument("composite is output's image")),
+        [true, true, true] => Ok(Some(Composite { albedo: info.albedo, direct: info.direct, output: info.composite })),
+        _ => Err(Failure::argument("albedo, direct and composite are given together or not at all")),
+    }
 }
 
 /// Records one view's frame into the host's command buffer: copies of pending meshes, queued bricks, lighting, probes,
@@ -123,6 +144,7 @@ pub unsafe extern "C" fn bgiDispatch(context: BgiContext, info: *const BgiDispat
             width: info.width,
             height: info.height,
             debug_view: debug_view(info.debug_view)?,
+            composite: composite(info)?,
         };
         // SAFETY: the header asks for valid Vulkan handles as documented at each field; the core refuses NULL.
         unsafe { state.context.dispatch(&inputs)? };

@@ -84,6 +84,10 @@ pub struct BgiSettings {
     /// Frames in which a screen probe that has been carried along, and a pixel that has been seen for long, look once: 1, 2
     /// or 4; default 4, one of each two by two. What has not been seen for long looks in every frame.
     pub gather_interval: u32,
+    /// 1: each pixel looks for what stands within two voxels of it, and for what hides its probes' light within 16: contact
+    /// shadows. Up to two short rays a pixel, the larger part of what the gather costs. 0: it takes what probes say.
+    /// Default 1.
+    pub near_field: u32,
 }
 
 structure_types! { BgiSettings = BGI_STRUCTURE_TYPE_SETTINGS }
@@ -111,6 +115,7 @@ impl From<Settings> for BgiSettings {
             direct_lights: from.direct_lights,
             single_bounce: from.single_bounce.into(),
             gather_interval: from.gather_interval,
+            near_field: from.near_field.into(),
         }
     }
 }
@@ -141,6 +146,7 @@ impl BgiSettings {
             region_culling: input::flag(self.region_culling, "regionCulling")?,
             simplify_voxels: self.simplify_voxels,
             gather_interval: self.gather_interval,
+            near_field: input::flag(self.near_field, "nearField")?,
         })
     }
 }

@@ -15,7 +15,15 @@ pub struct Pipeline {
 }
 
 /// Passes that few hosts ever ask for, and whose pipelines are made when one does.
-const ON_DEMAND: [&str; 3] = ["debug_view", "debug_view_float32", "light_bounce_once"];
+const ON_DEMAND: [&str; 7] = [
+    "debug_view",
+    "debug_view_float32",
+    "light_bounce_once",
+    "composite",
+    "composite_float32",
+    "resolve_far",
+    "resolve_far_float32",
+];
 
 /// All pipelines, by pass.
 pub struct Pipelines {

@@ -1,9 +1,9 @@
 //! Groups "probes" and "resolve": `probe_reproject`, `probe_place`, `probe_carry`, `probe_trace`, `resolve`, `disocclusion`,
-//! `debug_view`.
+//! `debug_view`, `composite`.
 
 use crate::context::DebugView;
 use crate::frame::{Command, Frame};
-use crate::gpu::shared::{DebugPush, View, ViewPush};
+use crate::gpu::shared::{CompositePush, DebugPush, View, ViewPush};
 
 /// The irradiance of every pixel: by screen probes, or by each pixel's own rays.
 pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, output_float32: bool) {
@@ -25,9 +25,19 @@ pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, output_float32: 
         frame.dispatch("probe_trace", [x, y, 1], push);
     }
     let groups = [view.size[0].div_ceil(8), view.size[1].div_ceil(8), 1];
-    frame.dispatch(if output_float32 { "resolve_float32" } else { "resolve" }, groups, push);
+    frame.dispatch(resolve_pass(view.near_field >= 0.0, output_float32), groups, push);
     if view.pixel_rays == 0 {
         frame.dispatch(if output_float32 { "disocclusion_float32" } else { "disocclusion" }, groups, push);
+    }
+}
+
+/// The pass that interpolates probes.
+pub fn resolve_pass(near_field: bool, output_float32: bool) -> &'static str {
+    match (near_field, output_float32) {
+        (true, false) => "resolve",
+        (true, true) => "resolve_float32",
+        (false, false) => "resolve_far",
+        (false, true) => "resolve_far_float32",
     }
 }
 
@@ -35,6 +45,18 @@ pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, output_float32: 
 pub fn debug_view(frame: &mut Frame, view: &View, shown: DebugView, output_float32: bool) {
     let groups = [view.size[0].div_ceil(8), view.size[1].div_ceil(8), 1];
     frame.dispatch(debug_pass(output_float32), groups, DebugPush { shown: shown as u32 });
+}
+
+/// What the host would draw; goes last. `shown`: the output is a debug view.
+pub fn composite(frame: &mut Frame, view: &View, shown: bool, output_float32: bool) {
+    let groups = [view.size[0].div_ceil(8), view.size[1].div_ceil(8), 1];
+    let push = CompositePush { size: view.size, shows_output: u32::from(shown), ..CompositePush::default() };
+    frame.dispatch(composite_pass(output_float32), groups, push);
+}
+
+/// The pass that makes it.
+pub fn composite_pass(output_float32: bool) -> &'static str {
+    if output_float32 { "composite_float32" } else { "composite" }
 }
 
 /// The pass that shows it.

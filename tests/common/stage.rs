@@ -1,5 +1,7 @@
 //! An engine of the smallest kind: one flat G-buffer, frames in flight, buffers of its own, and contexts on its device.
 
+#![allow(dead_code, reason = "each test program uses a part")]
+
 use crate::bench::{last_error, settings, zeroed};
 use crate::vulkan::Host;
 use ash::vk;
@@ -13,6 +15,12 @@ pub const EDGE: u32 = 32;
 /// The camera looks along -z at a wall so many metres away.
 pub const WALL: f32 = 2.0;
 const NEAR: f32 = 0.1;
+/// What the wall's albedo and direct light are in the images for the composite.
+pub const ALBEDO: [f32; 4] = [0.5, 0.25, 0.75, 1.0];
+pub const DIRECT: [f32; 4] = [1.0, 2.0, 3.0, 1.0];
+/// Places in the stage's images.
+pub const OUTPUT: usize = 2;
+pub const COMPOSITE: usize = 5;
 
 struct Image {
     raw: vk::Image,
@@ -25,7 +33,7 @@ pub struct Stage {
     queue: vk::Queue,
     pool: vk::CommandPool,
     slots: Vec<(vk::CommandBuffer, vk::Fence)>,
-    /// Depth, normal, output.
+    /// Depth, normal, output; albedo, direct, composite.
     images: Vec<Image>,
     buffers: Vec<(vk::Buffer, vk::DeviceMemory)>,
     frames: usize,
@@ -109,10 +117,14 @@ impl Stage {
             stage.image(vk::Format::R32_SFLOAT, sampled),
             stage.image(vk::Format::R32G32B32A32_SFLOAT, sampled),
             stage.image(vk::Format::R32G32B32A32_SFLOAT, output),
+            stage.image(vk::Format::R32G32B32A32_SFLOAT, sampled),
+            stage.image(vk::Format::R32G32B32A32_SFLOAT, sampled),
+            stage.image(vk::Format::R32G32B32A32_SFLOAT, output),
         ];
         stage.frame(|stage, commands| {
             let read = (vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL, vk::AccessFlags::SHADER_READ);
-            for (index, value) in [[NEAR / WALL, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]].into_iter().enumerate() {
+            let (depth, normal) = ([NEAR / WALL, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]);
+            for (index, value) in [(0, depth), (1, normal), (3, ALBEDO), (4, DIRECT)] {
                 let clear = (vk::ImageLayout::TRANSFER_DST_OPTIMAL, vk::AccessFlags::TRANSFER_WRITE);
                 stage.transition(commands, index, (vk::ImageLayout::UNDEFINED, vk::AccessFlags::empty()), clear);
                 let color = vk::ClearColorValue { float32: value };
@@ -122,7 +134,8 @@ impl Stage {
                 stage.transition(commands, index, clear, read);
             }
             let write = (vk::ImageLayout::GENERAL, vk::AccessFlags::SHADER_WRITE);
-            stage.transition(commands, 2, (vk::ImageLayout::UNDEFINED, vk::AccessFlags::empty()), write);
+            let unknown = (vk::ImageLayout::UNDEFINED, vk::AccessFlags::empty());
+            [OUTPUT, COMPOSITE].into_iter().for_each(|index| stage.transition(commands, index, unknown, write));
         });
         stage
     }
@@ -181,15 +194,21 @@ impl Stage {
 
     /// A frame of some contexts, one after another into the same image.
     pub fn dispatch(&mut self, contexts: &[&Gi]) {
+        self.dispatch_with(contexts, |_, _| ());
+    }
+
+    /// The same, what is handed over changed; it may name the stage's images.
+    pub fn dispatch_with(&mut self, contexts: &[&Gi], change: impl Fn(&Self, &mut BgiDispatchInfo)) {
         self.frame(|stage, commands| {
             for gi in contexts {
                 let write = (vk::ImageLayout::GENERAL, vk::AccessFlags::SHADER_WRITE);
-                stage.transition(commands, 2, write, write);
-                let [depth, normal, output] = [0, 1, 2].map(|index| stage.images[index].view);
-                let info = structure! { BgiDispatchInfo, BGI_STRUCTURE_TYPE_DISPATCH_INFO,
+                [OUTPUT, COMPOSITE].into_iter().for_each(|index| stage.transition(commands, index, write, write));
+                let [depth, normal, output] = [0, 1, OUTPUT].map(|index| stage.view(index));
+                let mut info = structure! { BgiDispatchInfo, BGI_STRUCTURE_TYPE_DISPATCH_INFO,
                     command_buffer: commands, view: gi.view, depth: depth, normal: normal, output: output,
                     output_format: vk::Format::R32G32B32A32_SFLOAT, width: EDGE, height: EDGE,
                 };
+                change(stage, &mut info);
                 // SAFETY: as the header says.
                 let result = unsafe { bgiDispatch(gi.context, &info) };
                 assert_eq!(result, BGI_SUCCESS, "{}", last_error(gi.context));
@@ -197,23 +216,32 @@ impl Stage {
         });
     }
 
+    pub fn view(&self, index: usize) -> vk::ImageView {
+        self.images[index].view
+    }
+
     /// The bits of the output's pixels, once all frames are done.
     pub fn output(&mut self) -> Vec<u32> {
+        self.pixels(OUTPUT)
+    }
+
+    /// Those of the output or the composite.
+    pub fn pixels(&mut self, index: usize) -> Vec<u32> {
         let bytes = u64::from(EDGE * EDGE * 16);
         let (buffer, memory) = self.allocate(bytes, vk::BufferUsageFlags::TRANSFER_DST, true);
         self.frame(|stage, commands| {
             let write = (vk::ImageLayout::GENERAL, vk::AccessFlags::SHADER_WRITE);
             let copy = (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::AccessFlags::TRANSFER_READ);
-            stage.transition(commands, 2, write, copy);
+            stage.transition(commands, index, write, copy);
             let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
             let extent = vk::Extent3D { width: EDGE, height: EDGE, depth: 1 };
             let region = [vk::BufferImageCopy::default().image_subresource(layers).image_extent(extent)];
             // SAFETY: see `new`.
             unsafe {
-                let (device, image) = (&stage.host.device, stage.images[2].raw);
+                let (device, image) = (&stage.host.device, stage.images[index].raw);
                 device.cmd_copy_image_to_buffer(commands, image, copy.0, buffer, &region);
             }
-            stage.transition(commands, 2, copy, write);
+            stage.transition(commands, index, copy, write);
         });
         self.wait();
         self.mapped(memory, bytes as usize, |mapped| bytemuck::pod_collect_to_vec(mapped))

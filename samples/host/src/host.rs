@@ -353,6 +353,7 @@ impl Host {
                 width,
                 height,
                 debug_view: self.debug_view,
+                composite: None,
             })?;
         }
         Ok(())

@@ -5,14 +5,19 @@ use brickgi_host::image::luminance;
 use brickgi_host::{Host, HostOptions, Image, Scene, SceneCamera};
 use std::path::Path;
 
-const SIZE: [u32; 2] = [128, 96];
+const SIZE: [u32; 2] = [96, 64];
 /// Tiles of 8 pixels.
 const TILES: u32 = SIZE[0] / 8 * SIZE[1] / 8;
 
 fn host(gather_interval: u32) -> Host {
+    host_with(|settings| settings.gather_interval = gather_interval)
+}
+
+fn host_with(change: impl FnOnce(&mut Settings)) -> Host {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
     let scene = Scene::load(root.join("two_rooms")).expect("the scene ships with the repository");
-    let settings = Settings { voxel_size: 0.25, probe_tile: 8, gather_interval, ..Settings::default() };
+    let mut settings = Settings { voxel_size: 0.25, probe_tile: 8, bounce_rays: 1, ..Settings::default() };
+    change(&mut settings);
     let options = HostOptions { size: Some(SIZE), settings, validation: true, ..HostOptions::new(scene) };
     Host::new(options).expect("a device with the validation layer")
 }
@@ -100,4 +105,19 @@ fn probes_go_along_with_a_camera_that_moves() {
     moving.set_camera(other).expect("camera b");
     let cut = frames(&mut moving, 3).pop().expect("frames");
     assert!(cut.probes_traced > TILES / 10 * 9, "{} of {TILES} look at once", cut.probes_traced);
+}
+
+#[test]
+fn without_a_near_field_pixels_take_what_probes_say() {
+    let [near, far] = [true, false].map(|near_field| {
+        let mut host = host_with(|settings| settings.near_field = near_field);
+        frames(&mut host, 24);
+        let passes = host.stats().passes.iter().map(|pass| pass.name).collect::<Vec<_>>();
+        assert_eq!(passes.contains(&"resolve_float32"), near_field, "{passes:?}");
+        assert_eq!(passes.contains(&"resolve_far_float32"), !near_field, "{passes:?}");
+        image(&mut host)
+    });
+    let apart = apart(&far, &near);
+    println!("NRMSE, mean: {apart:.4?}");
+    assert!(apart[0] > 0.01 && apart[0] < 0.3 && apart[1].abs() < 0.05, "{apart:?}");
 }
