@@ -33,6 +33,20 @@ fn load_face(item: u32) -> Face {
                 (brick.position & ASKS) != 0u, pcg(seed));
 }
 
+// Whether some of another side's surface is in front of the face's plane, which p is on: a wall on a floor. A slab's top is
+// behind the plane of its edge and hides nothing of it.
+fn rises_above(face: Face, side: u32, p: vec3<f32>) -> bool {
+    let axis = face.side >> 1u;
+    let mask = voxel_mask(face.voxel, side);
+    // The set lines of the mask along the face's axis.
+    let columns = (mask | (mask >> 8u)) & 0xffu;
+    let rows = (mask | (mask >> 1u) | (mask >> 2u) | (mask >> 3u)) & 0x1111u;
+    let row_bits = (rows | (rows >> 3u) | (rows >> 6u) | (rows >> 9u)) & 15u;
+    let lines = select(row_bits, (columns | (columns >> 4u)) & 15u, axis_u(side >> 1u) == axis);
+    if (face.side & 1u) == 1u { return f32(firstLeadingBit(lines)) * 0.25 + 0.125 > p[axis] - 0.02; }
+    return f32(firstTrailingBit(lines)) * 0.25 + 0.125 < p[axis] + 0.02;
+}
+
 // The side of the face's voxel that p (in the voxel) lies behind: in its solid, or beyond a sheet that the middle of the
 // face's coverage is in front of. Of several, the one that the middle is nearest to the front of. NONE: p is in the open.
 fn hiding_side(face: Face, p: vec3<f32>, middle: vec3<f32>) -> u32 {
@@ -41,7 +55,7 @@ fn hiding_side(face: Face, p: vec3<f32>, middle: vec3<f32>) -> u32 {
     for (var side = 0u; side < 6u; side++) {
         if (side >> 1u) == (face.side >> 1u) || !has_side(face.voxel, side) { continue; }
         let plane = voxel_plane(face.voxel, side);
-        if dot(plane.normal, p) > plane.offset + 0.002 { continue; }
+        if dot(plane.normal, p) > plane.offset + 0.002 || !rises_above(face, side, p) { continue; }
         // Half a coverage cell off the surface: its own cell may be the first that the other side leaves open.
         if !covers(face.voxel, side, p) && !covers(face.voxel, side, p + 0.12 * face.plane.normal) { continue; }
         let before = dot(plane.normal, middle) - plane.offset;

@@ -22,6 +22,8 @@ const LIST_MAX: u32 = 512u;
 const CONTACT: u32 = 0x80000000u;
 const CONTACT_LIST_MAX: u32 = 256u;
 const SUMS: u32 = 13u;
+// Voxels: what is thinner has edges that coverage cells are too coarse for.
+const EDGE_MAX: f32 = 0.375;
 const FIXED: f32 = 1048576.0;
 
 // Triangles that touch the voxel: index in the brick | CONTACT.
@@ -440,10 +442,10 @@ fn test_open(side: u32, sides: u32, thread: u32) {
 }
 
 // 4 x 4 coverage: cells at least half covered of what is not hidden; wholly hidden ones only beside a covered one; if
-// none would be set, the fullest. Where light comes through: as many cells as are covered on average over voxels.
-// The mask | columns of the cross-section that it stands for << 16.
+// none would be set, the fullest. Where light comes through, and on the edges of what is thin, which cells are too coarse
+// for: as many cells as are covered on average over voxels. The mask | columns of the cross-section that it stands for << 16.
 fn coverage_mask(side: u32, seed: u32) -> u32 {
-    let is_translucent = atomicLoad(&translucent) != 0u;
+    let is_dithered = atomicLoad(&translucent) != 0u || is_edge(side);
     let random = pcg(seed + 3u);
     var mask = 0u;
     var fullest = 0u;
@@ -461,7 +463,7 @@ fn coverage_mask(side: u32, seed: u32) -> u32 {
             fullest_area = covered + open;
         }
         var is_set = select(covered >= open, beside_covered(side, k), covered + open == 0u);
-        if is_translucent && covered + open > 0u {
+        if is_dithered && covered + open > 0u {
             let order = dither_order((k & 3u) ^ (random & 3u), (k >> 2u) ^ ((random >> 2u) & 3u), 2u);
             let threshold = (f32(order) + unit_float(random)) / 16.0;
             is_set = f32(covered) > threshold * f32(covered + open);
@@ -474,11 +476,34 @@ fn coverage_mask(side: u32, seed: u32) -> u32 {
     if total >= 252u {
         mask = 0xffffu;
         area = total;
-    } else if mask == 0u && !is_translucent {
+    } else if mask == 0u && !is_dithered {
         mask = 1u << fullest;
         area = fullest_area;
     }
     return mask | (area << 16u);
+}
+
+// Mean places of an axis's sides, low and high; the same if a side is missing, or all but.
+fn thickness(axis: u32) -> vec2<f32> {
+    let low_count = f32(atomicLoad(&sums[axis * 2u * SUMS]));
+    let high_count = f32(atomicLoad(&sums[(axis * 2u + 1u) * SUMS]));
+    if min(low_count, high_count) < 5.0 { return vec2<f32>(0.0); }
+    return vec2<f32>(sum3(axis * 2u * SUMS + 4u)[axis] / low_count, sum3((axis * 2u + 1u) * SUMS + 4u)[axis] / high_count);
+}
+
+// Whether a side is the edge of a board or rod that is thinner than EDGE_MAX, and does not emit.
+fn is_edge(side: u32) -> bool {
+    if emits(side) { return false; }
+    for (var axis = 0u; axis < 3u; axis++) {
+        let between = thickness(axis);
+        if axis != (side >> 1u) && between.y > between.x && between.y - between.x < EDGE_MAX { return true; }
+    }
+    return false;
+}
+
+fn emits(side: u32) -> bool {
+    let base = side * SUMS + 10u;
+    return atomicLoad(&sums[base]) + atomicLoad(&sums[base + 1u]) + atomicLoad(&sums[base + 2u]) > 0;
 }
 
 fn beside_covered(side: u32, k: u32) -> bool {
@@ -516,18 +541,11 @@ fn voxel_state() -> u32 {
     for (var side = 0u; side < 6u; side++) {
         if !has_surface(side) { continue; }
         state |= 1u << side;
-        let base = side * SUMS + 10u;
-        if atomicLoad(&sums[base]) + atomicLoad(&sums[base + 1u]) + atomicLoad(&sums[base + 2u]) > 0 {
-            state |= 1u << (9u + side);
-        }
+        if emits(side) { state |= 1u << (9u + side); }
     }
     for (var axis = 0u; axis < 3u; axis++) {
-        let low_count = f32(atomicLoad(&sums[axis * 2u * SUMS]));
-        let high_count = f32(atomicLoad(&sums[(axis * 2u + 1u) * SUMS]));
-        if min(low_count, high_count) < 5.0 { continue; }
-        let low = sum3(axis * 2u * SUMS + 4u)[axis] / low_count;
-        let high = sum3((axis * 2u + 1u) * SUMS + 4u)[axis] / high_count;
-        if high > low && high < 0.995 && low > 0.005 { state |= 1u << (6u + axis); }
+        let between = thickness(axis);
+        if between.y > between.x && between.y < 0.995 && between.x > 0.005 { state |= 1u << (6u + axis); }
     }
     return state;
 }

@@ -6,7 +6,7 @@ use super::pack::{
 use super::random::{Errors, pcg, unit_float};
 use super::triangle::{Triangle, dither_order};
 use crate::bricks::Mask;
-use crate::gpu::shared::{CONTACT_LIST_MAX, Material};
+use crate::gpu::shared::{CONTACT_LIST_MAX, EDGE_MAX, Material};
 use glam::{DVec2, DVec3, IVec3, Vec3};
 
 /// Columns of a voxel along an axis: 16 x 16.
@@ -98,7 +98,8 @@ pub fn cut(source: &Source, cell: IVec3, errors: &Errors) -> Cut {
     let seed_of = |side: usize| pcg(source.seed.wrapping_add(place)).wrapping_add(side as u32);
     let coverages: [Option<(u16, u32)>; 6] = std::array::from_fn(|side| {
         let cells = count_cells(&sides, side, sides[side].as_ref()?, errors);
-        Some(if translucent { dithered(&cells, seed_of(side), errors) } else { coverage(&cells) })
+        let is_dithered = translucent || is_edge(source, &sides, side, errors);
+        Some(if is_dithered { dithered(&cells, seed_of(side), errors) } else { coverage(&cells) })
     });
     let part_filled = coverages.iter().flatten().any(|(mask, _)| *mask != 0xffff);
     let mut cut = Cut { translucent, ..Cut::default() };
@@ -239,7 +240,7 @@ fn beside_covered(cells: &[(u32, u32); 16], k: usize) -> bool {
     (0..16).any(|j| near(j % 4, k % 4) && near(j / 4, k / 4) && cells[j].0 > 0)
 }
 
-/// Where light comes through: as many cells as are covered on average over voxels.
+/// Where light comes through, and on thin edges: as many cells as are covered on average over voxels.
 fn dithered(cells: &[(u32, u32); 16], seed: u32, errors: &Errors) -> (u16, u32) {
     let total: u32 = cells.iter().map(|c| c.0).sum();
     if total >= 252 {
@@ -267,14 +268,29 @@ fn surface(source: &Source, own: &Side, (mask, area): (u16, u32), part_filled: b
         mask,
         albedo: if part_filled { albedo_encode(albedo, dither).into() } else { fine_albedo_encode(albedo) },
         emission: rgb9e5_encode(emission, Vec3::splat(0.5)),
-        emits: own.layer.emission.element_sum() / source.emission_max > 1e-6,
+        emits: emits(source, own),
     }
+}
+
+fn emits(source: &Source, own: &Side) -> bool {
+    own.layer.emission.element_sum() / source.emission_max > 1e-6
 }
 
 /// Both sides of an axis, apart, and neither on the voxel's border.
 fn is_thin(sides: &[Option<Side>; 6], axis: usize, errors: &Errors) -> bool {
-    let (Some(low), Some(high)) = (&sides[axis * 2], &sides[axis * 2 + 1]) else { return false };
+    thickness(sides, axis, errors).is_some_and(|(low, high)| high > low && high < 0.995 && low > 0.005)
+}
+
+/// Whether a side is the edge of a board or rod that cells are too coarse for, and does not emit.
+fn is_edge(source: &Source, sides: &[Option<Side>; 6], side: usize, errors: &Errors) -> bool {
+    let limit = f64::from(EDGE_MAX);
+    let is_thin = |axis| thickness(sides, axis, errors).is_some_and(|(low, high)| high > low && high - low < limit);
+    !sides[side].as_ref().is_some_and(|own| emits(source, own)) && (0..3).any(|axis| axis != side >> 1 && is_thin(axis))
+}
+
+/// Mean places of an axis's two sides.
+fn thickness(sides: &[Option<Side>; 6], axis: usize, errors: &Errors) -> Option<(f64, f64)> {
+    let (Some(low), Some(high)) = (&sides[axis * 2], &sides[axis * 2 + 1]) else { return None };
     let at = |side: &Side| errors.on(side.layer.position[axis] / side.layer.count, ERROR);
-    let (low_at, high_at) = (at(low), at(high));
-    low.layer.count.min(high.layer.count) >= 5.0 && high_at > low_at && high_at < 0.995 && low_at > 0.005
+    (low.layer.count.min(high.layer.count) >= 5.0).then(|| (at(low), at(high)))
 }
