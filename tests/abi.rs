@@ -86,7 +86,7 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiCamera { s_type, p_next, position, view_rotation, projection }
         BgiDispatchInfo {
             s_type, p_next, command_buffer, view, depth, normal, output, output_format, clear_depth, width, height,
-            debug_view, albedo, direct, composite,
+            debug_view, albedo, direct, composite, motion, motion_scale,
         }
         BgiPassTime { name, ms }
         BgiResourceSize { name, bytes }

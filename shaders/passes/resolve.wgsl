@@ -38,7 +38,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         textureStore(output_image, pixel, vec4<f32>(0.0));
         return;
     }
-    let past = load_history(surface);
+    let past = load_history(surface, pixel);
     let rests = has_settled(past);
     // Whole workgroups at once: pixels that rest beside others that look would spare no time.
     if rests && !is_turn(group.xy, push.frame_index) {
