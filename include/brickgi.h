@@ -598,10 +598,11 @@ typedef struct BgiCamera {
 /// What the output shows: one of BGI_DEBUG_VIEW_*.
 typedef uint32_t BgiDebugView;
 
-/// One view's frame. Every field but pNext, debugView, albedo, direct and composite is required.
+/// One view's frame. Every field but pNext, debugView, albedo, direct, composite, motion and motionScale is
+/// required.
 ///
 /// Images on entry, made so by the host's barrier: written and visible to VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with
-/// VK_ACCESS_SHADER_READ_BIT (depth, normal, albedo, direct) or VK_ACCESS_SHADER_WRITE_BIT (output, composite). On exit their layouts are as on
+/// VK_ACCESS_SHADER_READ_BIT (depth, normal, albedo, direct, motion) or VK_ACCESS_SHADER_WRITE_BIT (output, composite). On exit their layouts are as on
 /// entry, and `output` is last written in VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with VK_ACCESS_SHADER_WRITE_BIT: the
 /// host makes that visible to whatever reads it. Views are 2D, single-sampled, one level and one layer.
 typedef struct BgiDispatchInfo {
@@ -628,7 +629,13 @@ typedef struct BgiDispatchInfo {
     VkFormat outputFormat;
     /// Value of `depth` where nothing was drawn: 1, or 0 with reverse depth.
     float clearDepth;
-    /// Width of the rendered region, from the images' top left corner, in pixels; 1 to the view's width.
+    /// Left column of the rendered region, the same in all images, in pixels; 0 to BGI_MAX_EXTENT - 1. The region lies inside
+    /// the images; what is outside of it is neither read nor written, so that several views may share them.
+    uint32_t x;
+    /// Top row of the rendered region in pixels; 0 to BGI_MAX_EXTENT - 1.
+    uint32_t y;
+    /// Width of the rendered region in pixels; 1 to the view's width. It may be another one in each frame (dynamic
+    /// resolution): what was averaged stays.
     uint32_t width;
     /// Height of the rendered region in pixels; 1 to the view's height.
     uint32_t height;
@@ -645,6 +652,17 @@ typedef struct BgiDispatchInfo {
     /// in a; what `output` shows where that is a debug view. Format, usage and layout as for `output`; another image,
     /// access on entry and exit as for `output`. The first such call on a context creates a pipeline.
     VkImageView composite;
+    /// Optional: motion vectors, as engines hand them to temporal upscalers. For each pixel, in xy, where its surface was in
+    /// the frame of the view's last bgiDispatch: previous pixel = pixel + motion * motionScale. The full motion on screen,
+    /// the camera's too, and without jitter: what the cameras' projections are off their middle by is added here. A float or
+    /// snorm format of two channels or more; 16 bits suffice. Where nothing was drawn it is not read. Usage
+    /// VK_IMAGE_USAGE_SAMPLED_BIT, layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL. NULL: all is taken to have stood still
+    /// since, and what moves leaves trails. Either may be given from one frame to the next.
+    VkImageView motion;
+    /// From the values of `motion` to pixels of this frame's region, x to the right and y down; finite and not 0. 1 and 1 if
+    /// they are pixels, width and height if they are parts of the image, width / 2 and -height / 2 if they are clip space
+    /// with y up; with the other sign if they point from where the surface was to where it is. Not read without `motion`.
+    float motionScale[2];
 } BgiDispatchInfo;
 
 /// GPU time of one pass.

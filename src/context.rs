@@ -106,6 +106,8 @@ pub struct FrameInputs {
     /// World-space normal in xyz, towards the camera (float or snorm format); usage SAMPLED, layout
     /// `SHADER_READ_ONLY_OPTIMAL`.
     pub normal: vk::ImageView,
+    /// Where each pixel's surface was in the view's last frame.
+    pub motion: Option<Motion>,
     /// Receives E_ind in rgb (irradiance, linear Rec.709, unit of the lights) and 1 in a, 0 where nothing was drawn.
     /// Format R16G16B16A16_SFLOAT or R32G32B32A32_SFLOAT as `output_float32` says; usage STORAGE; layout `GENERAL`.
     pub output: vk::ImageView,
@@ -115,10 +117,27 @@ pub struct FrameInputs {
     pub debug_view: Option<DebugView>,
     /// What the host would draw, made as well. The first such dispatch creates a pipeline.
     pub composite: Option<Composite>,
+    /// Left column and top row of the rendered region in all images; it must lie inside them. A view's region may lie
+    /// elsewhere in each frame.
+    pub origin: [u32; 2],
     /// Width of the rendered region in pixels (at most the view's).
     pub width: u32,
     /// Height of the rendered region in pixels (at most the view's).
     pub height: u32,
+}
+
+/// Motion vectors: `previous pixel = pixel + motion * scale`, as engines hand them to temporal upscalers.
+///
+/// The full motion on screen, the camera's too, from this frame to the one that the view's last dispatch had. Without
+/// jitter: what the two cameras' projections are off their middle by is added here. Without such an image all is taken to
+/// have stood still, and what moves leaves trails.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    /// Motion in xy (float or snorm format of two channels or more, 16 bits suffice); usage SAMPLED, layout
+    /// `SHADER_READ_ONLY_OPTIMAL`. Not read where nothing was drawn.
+    pub image: vk::ImageView,
+    /// From the image's values to pixels of this frame's region, x to the right, y down.
+    pub scale: [f32; 2],
 }
 
 /// Direct and indirect light in one picture: direct + albedo / pi x E_ind.
@@ -400,10 +419,18 @@ impl Context {
         if size.cmpeq(UVec2::ZERO).any() || size.cmpgt(view.size).any() {
             return Err(Error::invalid(format!("width and height must be 1 to the view's {}", view.size)));
         }
+        if inputs.origin.iter().any(|at| *at >= 16_384) {
+            return Err(Error::invalid(format!("the region begins at {:?}; 0 to 16383 are possible", inputs.origin)));
+        }
         if vk::Handle::as_raw(inputs.command_buffer) == 0
             || [inputs.depth, inputs.normal, inputs.output].contains(&vk::ImageView::null())
         {
             return Err(Error::invalid("command_buffer, depth, normal and output must not be null"));
+        }
+        if let Some(Motion { image, scale }) = inputs.motion
+            && (image == vk::ImageView::null() || !scale.iter().all(|s| s.is_finite() && *s != 0.0))
+        {
+            return Err(Error::invalid("motion must not be null, and its scale finite and not zero"));
         }
         if let Some(Composite { albedo, direct, output }) = inputs.composite
             && ([albedo, direct, output].contains(&vk::ImageView::null()) || output == inputs.output)
@@ -434,6 +461,7 @@ impl Context {
         let upload_limit = self.world.frame(&mut scope, &mut self.scene, eye, camera.clip())?;
         let mut frame = scope.frame;
         let shape = FrameShape {
+            origin: inputs.origin,
             size,
             tile_size: self.settings.probe_tile,
             clear_depth: inputs.clear_depth,
@@ -443,6 +471,7 @@ impl Context {
             // The reference for probes looks always.
             gather_interval: if self.settings.pixel_rays == 0 { self.settings.gather_interval } else { 1 },
             near_field: self.settings.near_field,
+            motion_scale: inputs.motion.map(|motion| motion.scale.into()),
         };
         let view = self.views.get_mut(&inputs.view.0).expect("found above");
         let uniform = view.uniform(&camera, eye - self.world.window_voxels(), &shape);

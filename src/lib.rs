@@ -57,8 +57,8 @@ mod view;
 mod world;
 
 pub use context::{
-    Composite, Context, ContextDesc, DebugView, DeviceHandles, DeviceRequirements, FrameInputs, PassTime, ResourceSize,
-    Stats, ViewId,
+    Composite, Context, ContextDesc, DebugView, DeviceHandles, DeviceRequirements, FrameInputs, Motion, PassTime,
+    ResourceSize, Stats, ViewId,
 };
 pub use error::{Error, Result};
 pub use parallel::ParallelFor;

@@ -6,7 +6,7 @@ use crate::gpu::shared::{LOBE_WORDS, NEAR_VOXELS, View as ViewUniform};
 use crate::gpu::{Bound, Buffer, Device, Location};
 use crate::scene::Camera;
 use ash::vk;
-use glam::{DMat4, DVec3, Mat4, UVec2};
+use glam::{DMat4, DVec2, DVec3, Mat4, UVec2, Vec2};
 use rustc_hash::FxHashMap;
 
 /// Buffers whose contents live from frame to frame, or that only this view needs.
@@ -78,6 +78,7 @@ impl View {
             clip: camera.clip().as_mat4().to_cols_array_2d(),
             camera: grid_camera.as_vec3().to_array(),
             clear_depth: frame.clear_depth,
+            origin: frame.origin,
             size: size.to_array(),
             tiles: tiles.to_array(),
             stride: self.size.x,
@@ -86,6 +87,9 @@ impl View {
             pixel_rays: frame.pixel_rays,
             gather_interval: frame.gather_interval,
             near_field: if frame.near_field { NEAR_VOXELS } else { -1.0 },
+            has_motion: frame.motion_scale.is_some().into(),
+            motion_scale: (frame.motion_scale.unwrap_or_default() / size.as_vec2()).to_array(),
+            pixel_width: 2.0 / (size.x as f32 * camera.projection[0][0].abs().max(1e-6)),
             ..ViewUniform::default()
         };
         if let Some((previous, previous_size)) = self.previous.filter(|_| self.loads == frame.loads) {
@@ -93,6 +97,7 @@ impl View {
             let to_previous = previous.clip() * DMat4::from_translation(moved);
             uniform.previous_clip = to_previous.as_mat4().to_cols_array_2d();
             uniform.camera_delta = (-moved).as_vec3().to_array();
+            uniform.motion_shift = ((middle(&previous) - middle(camera)) / 2.0).as_vec2().to_array();
             uniform.previous_size = previous_size.x | previous_size.y << 16;
             uniform.history_valid = 1;
         }
@@ -122,6 +127,7 @@ impl View {
         let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
         bound.insert("depth_image", Bound::Image(inputs.depth, read));
         bound.insert("normal_image", Bound::Image(inputs.normal, read));
+        bound.insert("motion_image", Bound::Image(inputs.motion.map_or(inputs.normal, |motion| motion.image), read));
         bound.insert("output_image", Bound::Image(inputs.output, vk::ImageLayout::GENERAL));
         if let Some(Composite { albedo, direct, output }) = inputs.composite {
             bound.insert("albedo_image", Bound::Image(albedo, read));
@@ -141,8 +147,18 @@ impl View {
     }
 }
 
+/// Where the view axis meets the image, in clip space: off its middle, jitter shows there.
+fn middle(camera: &Camera) -> DVec2 {
+    let projection = camera.projection();
+    // The axis' point at infinity; an orthographic camera's is nowhere.
+    let point = if projection.z_axis.w == 0.0 { projection.w_axis } else { projection.z_axis };
+    point.truncate().truncate() / point.w
+}
+
 /// What a frame says of a view.
 pub struct FrameShape {
+    /// Of the rendered region, in the host's images.
+    pub origin: [u32; 2],
     pub size: UVec2,
     pub tile_size: u32,
     pub clear_depth: f32,
@@ -152,4 +168,6 @@ pub struct FrameShape {
     pub pixel_rays: u32,
     pub gather_interval: u32,
     pub near_field: bool,
+    /// From the motion image's values to pixels; none: there is no such image.
+    pub motion_scale: Option<Vec2>,
 }

@@ -85,8 +85,8 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
         BgiViewCreateInfo { s_type, p_next, width, height }
         BgiCamera { s_type, p_next, position, view_rotation, projection }
         BgiDispatchInfo {
-            s_type, p_next, command_buffer, view, depth, normal, output, output_format, clear_depth, width, height,
-            debug_view, albedo, direct, composite,
+            s_type, p_next, command_buffer, view, depth, normal, output, output_format, clear_depth, x, y, width, height,
+            debug_view, albedo, direct, composite, motion, motion_scale,
         }
         BgiPassTime { name, ms }
         BgiResourceSize { name, bytes }

@@ -127,6 +127,15 @@ fn bad_pointers_structs_and_counts_are_refused() {
                 info.composite = info.output;
             })
         }),
+        ("dispatch: motion without a scale", ARGUMENT, "motionscale is [0.0, 0.0]", |b| {
+            b.dispatch(|info| info.motion = vk::ImageView::from_raw(4))
+        }),
+        ("dispatch: motion with half a scale", ARGUMENT, "motionscale is [1.0, 0.0]", |b| {
+            b.dispatch(|info| (info.motion, info.motion_scale) = (vk::ImageView::from_raw(4), [1.0, 0.0]))
+        }),
+        ("dispatch: motion with NaN", ARGUMENT, "motionscale is [nan, 1.0]", |b| {
+            b.dispatch(|info| (info.motion, info.motion_scale) = (vk::ImageView::from_raw(4), [f32::NAN, 1.0]))
+        }),
         ("dispatch: NaN", ARGUMENT, "cleardepth", |b| b.dispatch(|info| info.clear_depth = f32::NAN)),
         ("stats: NULL", ARGUMENT, "null", |b| unsafe { bgiGetStats(b.context, null_mut()) }),
         ("stats: sType", STRUCTURE, "stype", |b| b.stats(|stats| stats.s_type = 0)),
@@ -245,6 +254,7 @@ fn bad_ranges_orders_and_ids_are_refused() {
         ("dispatch: image", ARGUMENT, "depth", |b| b.dispatch(|info| info.depth = vk::ImageView::null())),
         ("dispatch: zero size", ARGUMENT, "width", |b| b.dispatch(|info| info.width = 0)),
         ("dispatch: over the view", ARGUMENT, "width", |b| b.dispatch(|info| info.width = 17)),
+        ("dispatch: beyond all images", ARGUMENT, "begins at [0, 16384]", |b| b.dispatch(|info| info.y = 16_384)),
     ]);
 }
 

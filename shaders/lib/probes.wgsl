@@ -7,6 +7,8 @@
 @res var<uniform> view: View;
 @res var depth_image: texture_2d<f32>;
 @res var normal_image: texture_2d<f32>;
+// Any image where the host gives none.
+@res var motion_image: texture_2d<f32>;
 
 fn luminance(color: vec3<f32>) -> f32 {
     return dot(color, vec3<f32>(0.2126, 0.7152, 0.0722));
@@ -27,17 +29,16 @@ fn pixel_position(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
     return (view.view_to_world * vec4<f32>(p.xyz / p.w, 0.0)).xyz;
 }
 
-// The pixel that a place (camera-relative metres) in view is in.
-fn pixel_of(position: vec3<f32>) -> vec2<u32> {
-    let clip = view.clip * vec4<f32>(position, 1.0);
-    return min(vec2<u32>((clip.xy / clip.w * 0.5 + 0.5) * vec2<f32>(view.size)), view.size - 1u);
+// Where a pixel's surface was in the last frame less where it is now, by the host's motion: parts of the image.
+fn motion_of(pixel: vec2<u32>) -> vec2<f32> {
+    return textureLoad(motion_image, view.origin + pixel, 0).xy * view.motion_scale + view.motion_shift;
 }
 
 fn load_surface(pixel: vec2<u32>) -> Surface {
-    let depth = textureLoad(depth_image, pixel, 0).x;
+    let depth = textureLoad(depth_image, view.origin + pixel, 0).x;
     if depth == view.clear_depth { return Surface(); }
     let position = pixel_position(pixel, depth);
-    let n = textureLoad(normal_image, pixel, 0).xyz;
+    let n = textureLoad(normal_image, view.origin + pixel, 0).xyz;
     let length2 = dot(n, n);
     if !(length2 > 1e-6) || !(dot(position, position) < 1e12) { return Surface(); }
     return Surface(true, position, n * inverseSqrt(length2));
@@ -71,15 +72,53 @@ fn surface_word(surface: Surface) -> u32 {
     return (pack2x16float(vec2<f32>(distance, 0.0)) & 0xffffu) | (bytes & 0xffff0000u);
 }
 
+// Where a pixel's surface was in the last frame.
+struct Before {
+    in_view: bool,
+    // In pixels of that frame; the middle of the first one is at 0.5.
+    place: vec2<f32>,
+    // From that frame's camera, and how far off this may be, for motion says nothing of it: metres.
+    distance: f32,
+    slack: f32,
+    // How far it has moved across the image by itself, metres.
+    travelled: f32,
+}
+
+// By camera and depth, as if it had stood still, and where the host gives motion by that.
+fn surface_before(surface: Surface, pixel: vec2<u32>) -> Before {
+    let clip = view.previous_clip * vec4<f32>(surface.position, 1.0);
+    let size = vec2<f32>(vec2<u32>(view.previous_size & 0xffffu, view.previous_size >> 16u));
+    let still = (clip.xy / clip.w * 0.5 + 0.5) * size;
+    let motion = motion_of(pixel);
+    let moved = ((vec2<f32>(pixel) + 0.5) / vec2<f32>(view.size) + motion) * size;
+    var before = Before(clip.w > 0.0, still, length(surface.position - view.camera_delta), 0.0, 0.0);
+    if at_run_time(view.has_motion, bitcast<u32>(abs(surface.position.x))) == 1u {
+        let apart = (moved - still) / size * vec2<f32>(view.size);
+        // Halves err by a thousandth.
+        let by_itself = length(apart) - 0.05 - length(motion * vec2<f32>(view.size)) / 500.0;
+        before.place = moved;
+        // Of what is not a number, too.
+        before.in_view &= all(abs(moved) < vec2<f32>(1e5));
+        if by_itself > 0.0 {
+            // It may have kept to the camera, or to the world, or have come nearer while it went aside.
+            let beside = length(surface.position);
+            before.travelled = by_itself * view.pixel_width * clip.w;
+            before.slack = 0.5 * abs(before.distance - beside) + before.travelled;
+            before.distance = 0.5 * (before.distance + beside);
+        }
+    }
+    return before;
+}
+
 // Whether a pixel with such a history has seen a surface of this normal, `distance` from the camera of its frame.
-fn is_same_surface(word: u32, normal: vec3<f32>, distance: f32) -> bool {
+fn is_same_surface(word: u32, normal: vec3<f32>, distance: f32, slack: f32) -> bool {
     if word == NO_SURFACE { return false; }
     let seen = unpack2x16float(word).x;
     let p = unpack4x8snorm(word).zw;
     let z = 1.0 - abs(p.x) - abs(p.y);
     let folded = p - max(-z, 0.0) * select(vec2<f32>(-1.0), vec2<f32>(1.0), p >= vec2<f32>(0.0));
     let was = vec3<f32>(folded, z);
-    return abs(seen - distance) <= SAME_PLANE * distance + 1e-3 && dot(was, normal) >= SAME_FACING * length(was);
+    return abs(seen - distance) <= SAME_PLANE * distance + 1e-3 + slack && dot(was, normal) >= SAME_FACING * length(was);
 }
 
 // Unit square to the hemisphere about +z, and the solid angle per unit of the square's area (mean: 2 pi).

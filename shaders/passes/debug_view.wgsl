@@ -37,7 +37,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let start = Start(view.camera + near / frame.voxel_size, vec3<f32>(0.0), 0.0);
         color = show(shown, trace(start, direction, 1e6), direction);
     }
-    textureStore(output_image, pixel, vec4<f32>(min(color, vec3<f32>(65000.0)), 1.0));
+    textureStore(output_image, view.origin + pixel, vec4<f32>(min(color, vec3<f32>(65000.0)), 1.0));
 }
 
 fn show(shown: u32, hit: Hit, direction: vec3<f32>) -> vec3<f32> {

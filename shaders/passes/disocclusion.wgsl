@@ -41,7 +41,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let root = sum.xyz / max(sum.w, 1e-6);
     let borrowed = root * luminance(root);
-    textureStore(output_image, pixel, vec4<f32>(mix(borrowed, own.xyz, own.w / ENOUGH), 1.0));
+    textureStore(output_image, view.origin + pixel, vec4<f32>(mix(borrowed, own.xyz, own.w / ENOUGH), 1.0));
 }
 
 // A pixel's average and its weight.

@@ -3,6 +3,7 @@
 // (`probe_reproject`).
 
 #import lib/history.wgsl
+#import lib/follow.wgsl
 
 struct ViewPush {
     frame_index: u32,
@@ -28,15 +29,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var place = find_place(tile, push.frame_index);
     var kind = select(PROBE_NONE, PROBE_NEW, place.surface.valid);
     // Its pixel stands for the tile's: it is another one in each frame.
-    if !place.surface.valid || has_settled(load_history(place.surface)) {
+    if !place.surface.valid || has_settled(load_history(place.surface, place.pixel)) {
         if is_turn(tile, push.frame_index) {
             place = find_place(tile, push.frame_index / view.gather_interval);
             kind = select(PROBE_NONE, PROBE_IN_TURN, place.surface.valid);
         } else if claim != 0u {
             let source = claim & PROBE_MASK;
             let old = probes_in[source * 2u];
-            place.surface = Surface(true, old.xyz + view.camera_delta, probes_in[source * 2u + 1u].xyz);
-            place.pixel = pixel_of(place.surface.position);
+            let followed = follow_probe(old.xyz + view.camera_delta, probes_in[source * 2u + 1u].xyz);
+            place.surface = followed.surface;
+            place.pixel = followed.pixel;
             kind = PROBE_CARRIED;
         }
     }

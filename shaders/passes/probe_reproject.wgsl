@@ -3,6 +3,7 @@
 
 #import lib/reach.wgsl
 #import lib/probes.wgsl
+#import lib/follow.wgsl
 
 struct ViewPush {
     frame_index: u32,
@@ -21,18 +22,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let old = probes_in[id.x * 2u];
     if u32(old.w) == PROBE_NONE { return; }
     let position = old.xyz + view.camera_delta;
-    let clip = view.clip * vec4<f32>(position, 1.0);
-    let place = (clip.xy / max(clip.w, 1e-6) * 0.5 + 0.5) * vec2<f32>(view.size);
-    if clip.w <= 0.0 || any(place < vec2<f32>(0.0)) || any(place >= vec2<f32>(view.size)) { return; }
-    let surface = load_surface(vec2<u32>(place));
     let normal = probes_in[id.x * 2u + 1u].xyz;
-    let distance = length(position);
-    if !surface.valid || dot(normal, surface.normal) < SAME_FACING
-        || abs(dot(surface.position - position, surface.normal)) > SAME_PLANE * distance + 1e-3 {
+    let followed = follow_probe(position, normal);
+    if !followed.in_view { return; }
+    if !followed.is_there {
         atomicAdd(&counters[3], 1u);
         return;
     }
-    let tile = vec2<u32>(place) / view.tile_size;
+    let tile = followed.pixel / view.tile_size;
+    let distance = length(followed.surface.position);
     // Positive floats are ordered as their bits are: eight of the exponent and four below it.
     let nearness = (bitcast<u32>(1.0 / max(distance, 1e-6)) << 1u) & ~PROBE_MASK;
     let others = atomicMax(&probe_claims[tile.y * view.tiles.x + tile.x], nearness | id.x);

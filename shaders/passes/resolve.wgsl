@@ -35,15 +35,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     let surface = load_surface(pixel);
     if !surface.valid {
         store_history(at, vec4<f32>(0.0), NO_SURFACE);
-        textureStore(output_image, pixel, vec4<f32>(0.0));
+        textureStore(output_image, view.origin + pixel, vec4<f32>(0.0));
         return;
     }
-    let past = load_history(surface);
+    let past = load_history(surface, pixel);
     let rests = has_settled(past);
     // Whole workgroups at once: pixels that rest beside others that look would spare no time.
     if rests && !is_turn(group.xy, push.frame_index) {
         store_history(at, past, surface_word(surface));
-        textureStore(output_image, pixel, vec4<f32>(past.xyz, 1.0));
+        textureStore(output_image, view.origin + pixel, vec4<f32>(past.xyz, 1.0));
         return;
     }
     let now = gather(pixel, at, surface, select(push.frame_index, push.frame_index / view.gather_interval, rests));
@@ -54,7 +54,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     let e = mix(past.xyz, now.xyz, 2.0 * now.w / (weight + 2.0 * now.w));
     let average = clamp(e, vec3<f32>(0.0), vec3<f32>(65000.0));
     store_history(at, vec4<f32>(average, weight + now.w), surface_word(surface));
-    textureStore(output_image, pixel, vec4<f32>(average, 1.0));
+    textureStore(output_image, view.origin + pixel, vec4<f32>(average, 1.0));
 }
 
 // Irradiance, and how much it counts in the average over time: probes move, and a pixel trusts the frames in which one
@@ -135,7 +135,7 @@ fn is_seen_through(surface: Surface, hit: vec3<f32>) -> bool {
     let distance = length(hit);
     for (var k = 0; k < 9; k++) {
         let at = clamp(place + vec2<i32>(k % 3, k / 3) - 1, vec2<i32>(0), vec2<i32>(view.size) - 1);
-        let depth = textureLoad(depth_image, at, 0).x;
+        let depth = textureLoad(depth_image, view.origin + vec2<u32>(at), 0).x;
         if depth == view.clear_depth { continue; }
         let seen = pixel_position(vec2<u32>(at), depth);
         if dot(surface.normal, seen - surface.position) > 0.5 * height

@@ -33,4 +33,14 @@ struct View {
     gather_interval: u32,
     // Within so many voxels pixels look for themselves, and what probes hit there does not count; negative: nowhere.
     near_field: f32,
+    // 1: `motion_image` is one.
+    has_motion: u32,
+    // From its values to parts of the image: where a pixel was, less where it is.
+    motion_scale: vec2<f32>,
+    // To be added: by how much the middle of the last frame's projection lay off this one's, parts of the image (jitter).
+    motion_shift: vec2<f32>,
+    // Where the rendered region begins in the host's images.
+    origin: vec2<u32>,
+    // Width in metres of a pixel one metre in front of the camera.
+    pixel_width: f32,
 }

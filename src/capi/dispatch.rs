@@ -4,7 +4,7 @@ use super::guard::{Failure, guard_context};
 use super::input::{self, structure_types};
 use super::types::*;
 use super::vk::*;
-use crate::context::{Composite, DebugView, FrameInputs};
+use crate::context::{Composite, DebugView, FrameInputs, Motion};
 use ash::vk::Handle;
 use std::ffi::c_void;
 
@@ -29,10 +29,11 @@ pub const BGI_DEBUG_VIEW_HISTORY: BgiDebugView = 6;
 /// settled one (red), or none (black).
 pub const BGI_DEBUG_VIEW_PROBES: BgiDebugView = 7;
 
-/// One view's frame. Every field but pNext, debugView, albedo, direct and composite is required.
+/// One view's frame. Every field but pNext, debugView, albedo, direct, composite, motion and motionScale is
+/// required.
 ///
 /// Images on entry, made so by the host's barrier: written and visible to VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with
-/// VK_ACCESS_SHADER_READ_BIT (depth, normal, albedo, direct) or VK_ACCESS_SHADER_WRITE_BIT (output, composite). On exit their layouts are as on
+/// VK_ACCESS_SHADER_READ_BIT (depth, normal, albedo, direct, motion) or VK_ACCESS_SHADER_WRITE_BIT (output, composite). On exit their layouts are as on
 /// entry, and `output` is last written in VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT with VK_ACCESS_SHADER_WRITE_BIT: the
 /// host makes that visible to whatever reads it. Views are 2D, single-sampled, one level and one layer.
 #[repr(C)]
@@ -61,7 +62,13 @@ pub struct BgiDispatchInfo {
     pub output_format: VkFormat,
     /// Value of `depth` where nothing was drawn: 1, or 0 with reverse depth.
     pub clear_depth: f32,
-    /// Width of the rendered region, from the images' top left corner, in pixels; 1 to the view's width.
+    /// Left column of the rendered region, the same in all images, in pixels; 0 to BGI_MAX_EXTENT - 1. The region lies inside
+    /// the images; what is outside of it is neither read nor written, so that several views may share them.
+    pub x: u32,
+    /// Top row of the rendered region in pixels; 0 to BGI_MAX_EXTENT - 1.
+    pub y: u32,
+    /// Width of the rendered region in pixels; 1 to the view's width. It may be another one in each frame (dynamic
+    /// resolution): what was averaged stays.
     pub width: u32,
     /// Height of the rendered region in pixels; 1 to the view's height.
     pub height: u32,
@@ -78,6 +85,17 @@ pub struct BgiDispatchInfo {
     /// in a; what `output` shows where that is a debug view. Format, usage and layout as for `output`; another image,
     /// access on entry and exit as for `output`. The first such call on a context creates a pipeline.
     pub composite: VkImageView,
+    /// Optional: motion vectors, as engines hand them to temporal upscalers. For each pixel, in xy, where its surface was in
+    /// the frame of the view's last bgiDispatch: previous pixel = pixel + motion * motionScale. The full motion on screen,
+    /// the camera's too, and without jitter: what the cameras' projections are off their middle by is added here. A float or
+    /// snorm format of two channels or more; 16 bits suffice. Where nothing was drawn it is not read. Usage
+    /// VK_IMAGE_USAGE_SAMPLED_BIT, layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL. NULL: all is taken to have stood still
+    /// since, and what moves leaves trails. Either may be given from one frame to the next.
+    pub motion: VkImageView,
+    /// From the values of `motion` to pixels of this frame's region, x to the right and y down; finite and not 0. 1 and 1 if
+    /// they are pixels, width and height if they are parts of the image, width / 2 and -height / 2 if they are clip space
+    /// with y up; with the other sign if they point from where the surface was to where it is. Not read without `motion`.
+    pub motion_scale: [f32; 2],
 }
 
 structure_types! { BgiDispatchInfo = BGI_STRUCTURE_TYPE_DISPATCH_INFO }
@@ -104,6 +122,16 @@ fn composite(info: &BgiDispatchInfo) -> Result<Option<Composite>, Failure> {
         [true, true, true] => Ok(Some(Composite { albedo: info.albedo, direct: info.direct, output: info.composite })),
         _ => Err(Failure::argument("albedo, direct and composite are given together or not at all")),
     }
+}
+
+fn motion(info: &BgiDispatchInfo) -> Result<Option<Motion>, Failure> {
+    if info.motion.is_null() {
+        return Ok(None);
+    }
+    if !info.motion_scale.iter().all(|s| s.is_finite() && *s != 0.0) {
+        return Err(Failure::argument(format!("motionScale is {:?}: finite and not 0", info.motion_scale)));
+    }
+    Ok(Some(Motion { image: info.motion, scale: info.motion_scale }))
 }
 
 /// Records one view's frame into the host's command buffer: copies of pending meshes, queued bricks, lighting, probes,
@@ -139,8 +167,10 @@ pub unsafe extern "C" fn bgiDispatch(context: BgiContext, info: *const BgiDispat
             depth: info.depth,
             clear_depth: info.clear_depth,
             normal: info.normal,
+            motion: motion(info)?,
             output: info.output,
             output_float32,
+            origin: [info.x, info.y],
             width: info.width,
             height: info.height,
             debug_view: debug_view(info.debug_view)?,

@@ -50,7 +50,12 @@ pub fn debug_view(frame: &mut Frame, view: &View, shown: DebugView, output_float
 /// What the host would draw; goes last. `shown`: the output is a debug view.
 pub fn composite(frame: &mut Frame, view: &View, shown: bool, output_float32: bool) {
     let groups = [view.size[0].div_ceil(8), view.size[1].div_ceil(8), 1];
-    let push = CompositePush { size: view.size, shows_output: u32::from(shown), ..CompositePush::default() };
+    let push = CompositePush {
+        origin: view.origin,
+        size: view.size,
+        shows_output: u32::from(shown),
+        ..CompositePush::default()
+    };
     frame.dispatch(composite_pass(output_float32), groups, push);
 }
 

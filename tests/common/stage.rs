@@ -14,7 +14,12 @@ use std::sync::Mutex;
 pub const EDGE: u32 = 32;
 /// The camera looks along -z at a wall so many metres away.
 pub const WALL: f32 = 2.0;
-const NEAR: f32 = 0.1;
+pub const NEAR: f32 = 0.1;
+/// x right, y up, looking along -z.
+pub const UPRIGHT: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// Reverse depth, infinitely far, 90 degrees.
+pub const REVERSE: [[f32; 4]; 4] =
+    [[1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, -1.0], [0.0, 0.0, NEAR, 0.0]];
 /// What the wall's albedo and direct light are in the images for the composite.
 pub const ALBEDO: [f32; 4] = [0.5, 0.25, 0.75, 1.0];
 pub const DIRECT: [f32; 4] = [1.0, 2.0, 3.0, 1.0];
@@ -42,7 +47,7 @@ pub struct Stage {
 /// A context with a view, and what it logged.
 pub struct Gi {
     pub context: BgiContext,
-    view: BgiView,
+    pub view: BgiView,
     log: Box<Mutex<Vec<String>>>,
 }
 
@@ -80,6 +85,25 @@ impl Gi {
             let is_named = |r: &&BgiResourceSize| CStr::from_ptr(r.name.as_ptr()).to_bytes() == name.as_bytes();
             resources[..stats.resource_count as usize].iter().filter(is_named).map(|r| r.bytes).sum()
         }
+    }
+
+    /// Looks along -z at the wall with another projection, and from view space to it.
+    pub fn look(&self, view: BgiView, view_rotation: [[f32; 3]; 3], projection: [[f32; 4]; 4]) {
+        let camera = structure! { BgiCamera, BGI_STRUCTURE_TYPE_CAMERA,
+            view_rotation: view_rotation, projection: projection,
+        };
+        // SAFETY: as the header says.
+        assert_eq!(unsafe { bgiSetCamera(self.context, view, &camera) }, BGI_SUCCESS, "{}", last_error(self.context));
+    }
+
+    /// Another view, before the wall as the first one.
+    pub fn another_view(&self) -> BgiView {
+        let mut view = null_mut();
+        let size = structure! { BgiViewCreateInfo, BGI_STRUCTURE_TYPE_VIEW_CREATE_INFO, width: EDGE, height: EDGE, };
+        // SAFETY: as the header says.
+        assert_eq!(unsafe { bgiCreateView(self.context, &size, &mut view) }, BGI_SUCCESS);
+        self.look(view, UPRIGHT, REVERSE);
+        view
     }
 
     /// What has been logged since the last call.
@@ -122,19 +146,12 @@ impl Stage {
             stage.image(vk::Format::R32G32B32A32_SFLOAT, output),
         ];
         stage.frame(|stage, commands| {
-            let read = (vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL, vk::AccessFlags::SHADER_READ);
+            let unknown = (vk::ImageLayout::UNDEFINED, vk::AccessFlags::empty());
             let (depth, normal) = ([NEAR / WALL, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]);
             for (index, value) in [(0, depth), (1, normal), (3, ALBEDO), (4, DIRECT)] {
-                let clear = (vk::ImageLayout::TRANSFER_DST_OPTIMAL, vk::AccessFlags::TRANSFER_WRITE);
-                stage.transition(commands, index, (vk::ImageLayout::UNDEFINED, vk::AccessFlags::empty()), clear);
-                let color = vk::ClearColorValue { float32: value };
-                let image = stage.images[index].raw;
-                // SAFETY: see above.
-                unsafe { stage.host.device.cmd_clear_color_image(commands, image, clear.0, &color, &[whole()]) };
-                stage.transition(commands, index, clear, read);
+                stage.fill(commands, index, value, unknown);
             }
             let write = (vk::ImageLayout::GENERAL, vk::AccessFlags::SHADER_WRITE);
-            let unknown = (vk::ImageLayout::UNDEFINED, vk::AccessFlags::empty());
             [OUTPUT, COMPOSITE].into_iter().for_each(|index| stage.transition(commands, index, unknown, write));
         });
         stage
@@ -158,18 +175,14 @@ impl Stage {
         };
         let mut gi = Gi { context: null_mut(), view: null_mut(), log };
         let size = structure! { BgiViewCreateInfo, BGI_STRUCTURE_TYPE_VIEW_CREATE_INFO, width: EDGE, height: EDGE, };
-        let camera = structure! { BgiCamera, BGI_STRUCTURE_TYPE_CAMERA,
-            view_rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            projection: [[1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, -1.0], [0.0, 0.0, NEAR, 0.0]],
-        };
         let sky = structure! { BgiLighting, BGI_STRUCTURE_TYPE_LIGHTING, sky_radiance: [0.5, 1.0, 2.0], };
         // SAFETY: as the header says.
         unsafe {
             assert_eq!(bgiCreateContext(&info, &mut gi.context), BGI_SUCCESS, "{}", last_error(null_mut()));
             assert_eq!(bgiCreateView(gi.context, &size, &mut gi.view), BGI_SUCCESS);
-            assert_eq!(bgiSetCamera(gi.context, gi.view, &camera), BGI_SUCCESS);
             assert_eq!(bgiSetLights(gi.context, &sky), BGI_SUCCESS);
         }
+        gi.look(gi.view, UPRIGHT, REVERSE);
         gi
     }
 
@@ -267,6 +280,31 @@ impl Stage {
             }
         });
         buffer
+    }
+
+    /// Fills the depth image: the wall is everywhere.
+    pub fn set_depth(&mut self, depth: f32) {
+        self.frame(|stage, commands| {
+            let read = (vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL, vk::AccessFlags::SHADER_READ);
+            stage.fill(commands, 0, [depth, 0.0, 0.0, 0.0], read);
+        });
+    }
+
+    /// Fills an image, known before as said, and makes it ready to be read.
+    fn fill(
+        &self,
+        commands: vk::CommandBuffer,
+        index: usize,
+        float32: [f32; 4],
+        before: (vk::ImageLayout, vk::AccessFlags),
+    ) {
+        let read = (vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL, vk::AccessFlags::SHADER_READ);
+        let clear = (vk::ImageLayout::TRANSFER_DST_OPTIMAL, vk::AccessFlags::TRANSFER_WRITE);
+        self.transition(commands, index, before, clear);
+        let (color, image) = (vk::ClearColorValue { float32 }, self.images[index].raw);
+        // SAFETY: see `new`.
+        unsafe { self.host.device.cmd_clear_color_image(commands, image, clear.0, &color, &[whole()]) };
+        self.transition(commands, index, clear, read);
     }
 
     pub fn wait(&self) {

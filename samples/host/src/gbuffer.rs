@@ -1,4 +1,4 @@
-//! Depth, normal, albedo and emission of the camera's pixels.
+//! Depth, normal, albedo, emission and motion of the camera's pixels.
 
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
@@ -24,6 +24,8 @@ pub(crate) struct GBuffer {
     pub(crate) albedo: Target,
     /// Radiance.
     pub(crate) emission: Target,
+    /// Where a pixel's surface was in the last frame less where it is: parts of the image, x to the right, y down.
+    pub(crate) motion: Target,
 }
 
 impl GBuffer {
@@ -38,10 +40,11 @@ impl GBuffer {
             normal: color("normal", 0)?,
             albedo: color("albedo", 1)?,
             emission: color("emission", 2)?,
+            motion: color("motion", 3)?,
         })
     }
 
-    /// Records the rasterisation; afterwards every image is readable by compute shaders.
+    /// Records the rasterisation, and motion since it was `past`'s turn; afterwards every image is readable by compute shaders.
     ///
     /// # Safety
     /// `encoder` is recording, outside a pass, and is submitted in the order of these calls.
@@ -50,16 +53,18 @@ impl GBuffer {
         encoder: &mut hal::CommandEncoder,
         raster: &Raster,
         camera: &SceneCamera,
+        past: &SceneCamera,
     ) -> Result<()> {
         // SAFETY: by the caller.
         unsafe {
             let commands = encoder.raw_handle();
             self.depth.transition(commands, Use::Depth, false);
-            for target in [&mut self.normal, &mut self.albedo, &mut self.emission] {
+            for target in [&mut self.normal, &mut self.albedo, &mut self.emission, &mut self.motion] {
                 target.transition(commands, Use::Color, false);
             }
-            self.draw(encoder, raster, camera)?;
-            for target in [&mut self.depth, &mut self.normal, &mut self.albedo, &mut self.emission] {
+            self.draw(encoder, raster, camera, past)?;
+            let Self { depth, normal, albedo, emission, motion } = self;
+            for target in [depth, normal, albedo, emission, motion] {
                 target.transition(commands, Use::Sampled, true);
             }
         }
@@ -68,7 +73,13 @@ impl GBuffer {
 
     /// # Safety
     /// As for [`Self::record`]; the images are in attachment layouts.
-    unsafe fn draw(&self, encoder: &mut hal::CommandEncoder, raster: &Raster, camera: &SceneCamera) -> Result<()> {
+    unsafe fn draw(
+        &self,
+        encoder: &mut hal::CommandEncoder,
+        raster: &Raster,
+        camera: &SceneCamera,
+        past: &SceneCamera,
+    ) -> Result<()> {
         let [width, height] = self.depth.size();
         let clear = wgpu_hal::AttachmentOps::LOAD_CLEAR | wgpu_hal::AttachmentOps::STORE;
         let color = |target| Some(color_attachment(target, clear));
@@ -76,7 +87,7 @@ impl GBuffer {
             label: Some("gbuffer"),
             extent: wgt::Extent3d { width, height, depth_or_array_layers: 1 },
             sample_count: 1,
-            color_attachments: &[color(&self.normal), color(&self.albedo), color(&self.emission)],
+            color_attachments: &[color(&self.normal), color(&self.albedo), color(&self.emission), color(&self.motion)],
             depth_stencil_attachment: Some(wgpu_hal::DepthStencilAttachment {
                 target: wgpu_hal::Attachment { view: self.depth.view(), usage: wgt::TextureUses::DEPTH_STENCIL_WRITE },
                 depth_ops: clear,
@@ -92,7 +103,8 @@ impl GBuffer {
             encoder.begin_render_pass(&pass).map_err(Error::gpu("beginning the G-buffer pass"))?;
             encoder.set_render_pipeline(raster.pipeline());
             raster.bind(encoder);
-            encoder.set_immediates(raster.layout(), 0, &view_words(&camera.to_gi([width, height], [0.0; 3])));
+            let [now, past] = [camera, past].map(|camera| camera.to_gi([width, height], [0.0; 3]));
+            encoder.set_immediates(raster.layout(), 0, &view_words(&now, &past));
             encoder.set_viewport(&wgpu_hal::Rect { x: 0.0, y: 0.0, w: width as f32, h: height as f32 }, 0.0..1.0);
             encoder.set_scissor_rect(&wgpu_hal::Rect { x: 0, y: 0, w: width, h: height });
             for Draw { vertices, instances } in raster.draws() {
@@ -114,14 +126,20 @@ fn color_attachment(target: &Target, ops: wgpu_hal::AttachmentOps) -> wgpu_hal::
     }
 }
 
-/// The shader's `View`: a matrix from camera-relative positions to clip space, then the camera's position.
+/// The shader's `View`: a matrix from camera-relative positions to clip space, the camera's position, and the rows for x, y
+/// and w of a matrix from such positions to clip space of the camera in the last frame.
 ///
 /// wgpu-hal flips the viewport, so clip space here has y up: the projection's y is negated once more.
-pub(crate) fn view_words(camera: &Camera) -> Vec<u32> {
+pub(crate) fn view_words(camera: &Camera, past: &Camera) -> Vec<u32> {
     let y_up = Mat4::from_scale(Vec3::new(1.0, -1.0, 1.0));
-    let rotation = Mat4::from_mat3(Mat3::from_cols_array_2d(&camera.view_rotation));
-    let clip = y_up * Mat4::from_cols_array_2d(&camera.projection) * rotation;
+    let clip = |camera: &Camera| {
+        let rotation = Mat4::from_mat3(Mat3::from_cols_array_2d(&camera.view_rotation));
+        y_up * Mat4::from_cols_array_2d(&camera.projection) * rotation
+    };
     let position = DVec3::from(camera.position).as_vec3();
-    let floats = clip.to_cols_array().into_iter().chain(position.extend(0.0).to_array());
-    floats.map(f32::to_bits).collect()
+    let moved = (DVec3::from(camera.position) - DVec3::from(past.position)).as_vec3();
+    let to_past = clip(past) * Mat4::from_translation(moved);
+    let rows = [0, 1, 3].map(|row| to_past.row(row).to_array());
+    let floats = clip(camera).to_cols_array().into_iter().chain(position.extend(0.0).to_array());
+    floats.chain(rows.into_iter().flatten()).map(f32::to_bits).collect()
 }

@@ -12,7 +12,7 @@ use crate::shadows::ShadowAtlas;
 use crate::target::{Target, Use};
 use crate::upload;
 use ash::vk;
-use brickgi::{Context, ContextDesc, DebugView, FrameInputs, Settings, Stats, ViewId};
+use brickgi::{Context, ContextDesc, DebugView, FrameInputs, Motion, Settings, Stats, ViewId};
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -36,12 +36,14 @@ pub struct HostOptions {
     pub validation: bool,
     /// Edge in texels of the shadow maps that brickgi is given of the sun, points and spots; 0: none.
     pub shadow_maps: u32,
+    /// Whether brickgi is given motion vectors.
+    pub motion: bool,
     /// Added to every position given to brickgi, in metres; the G-buffer stays where it is.
     pub world_offset: [f64; 3],
 }
 
 impl HostOptions {
-    /// The scene's first camera at its own size, default settings, two frames in flight, no validation.
+    /// The scene's first camera at its own size, default settings, two frames in flight, motion vectors, no validation.
     pub fn new(scene: impl Into<Arc<Scene>>) -> Self {
         Self {
             scene: scene.into(),
@@ -51,6 +53,7 @@ impl HostOptions {
             frames_in_flight: 2,
             validation: false,
             shadow_maps: 0,
+            motion: true,
             world_offset: [0.0; 3],
         }
     }
@@ -84,6 +87,12 @@ pub struct Host {
     shadow_maps: Option<ShadowAtlas>,
     /// The G-buffer is out of date.
     picture_changed: bool,
+    /// So is what the raster draws.
+    instances_changed: bool,
+    /// What the last frame had; the G-buffer holds motion where it differs.
+    drawn: (SceneCamera, BTreeMap<u64, Instance>),
+    /// brickgi is given motion.
+    motion: bool,
     /// What the output shows instead of E_ind.
     debug_view: Option<DebugView>,
     world_offset: [f64; 3],
@@ -98,8 +107,7 @@ impl Host {
         let size = options.size.unwrap_or([camera.width, camera.height]);
         check(size, options.frames_in_flight)?;
         let gpu = Arc::new(Gpu::open(options.validation)?);
-        let mut raster = Raster::new(&gpu, &options.scene)?;
-        raster.place(&options.scene.instances, 0)?;
+        let raster = Raster::new(&gpu, &options.scene)?;
         let usage = wgt::TextureUses::STORAGE_READ_WRITE | wgt::TextureUses::COPY_DST;
         let mut output = Target::new(&gpu, "E_ind", wgt::TextureFormat::Rgba32Float, usage, size)?;
         clear(&gpu, &mut output)?;
@@ -110,6 +118,7 @@ impl Host {
         let mut context = unsafe { Context::new(description) }?;
         upload::scene(&mut context, &options.scene, options.world_offset)?;
         let view = context.create_view(size[0], size[1])?;
+        let instances: BTreeMap<u64, Instance> = (0..).zip(options.scene.instances.iter().cloned()).collect();
         let mut host = Self {
             context,
             view,
@@ -120,13 +129,16 @@ impl Host {
             output,
             raster,
             shadows: None,
-            instances: (0..).zip(options.scene.instances.iter().cloned()).collect(),
+            drawn: (camera.clone(), instances.clone()),
+            instances,
             lights: options.scene.lights.clone(),
             scene: options.scene,
             camera: camera.clone(),
             shadow_edge: options.shadow_maps,
             shadow_maps: None,
             picture_changed: true,
+            instances_changed: true,
+            motion: options.motion,
             debug_view: None,
             world_offset: options.world_offset,
             frames: 0,
@@ -141,6 +153,7 @@ impl Host {
         let index = (self.frames % self.slots.len() as u64) as usize;
         self.reclaim(index)?;
         self.raster.collect((self.frames + 1).saturating_sub(self.slots.len() as u64));
+        self.place()?;
         let mut slot = self.slots.swap_remove(index);
         let recorded = self.record(&mut slot.encoder);
         let result = recorded.and_then(|commands| self.submit(&mut slot, commands));
@@ -171,7 +184,7 @@ impl Host {
                 None => self.instances.remove(id),
             };
         }
-        self.raster.place(self.instances.values(), self.frames)?;
+        self.instances_changed = true;
         self.shadows = None;
         self.picture_changed = true;
         self.forget_shadow_maps()
@@ -182,6 +195,16 @@ impl Host {
         upload::lights(&mut self.context, &lights, sky, self.world_offset)?;
         self.lights = lights;
         self.forget_shadow_maps()
+    }
+
+    /// Has the raster draw what there is now.
+    fn place(&mut self) -> Result<()> {
+        if std::mem::take(&mut self.instances_changed) {
+            let past = &self.drawn.1;
+            let pairs = self.instances.iter().map(|(id, now)| (now, past.get(id).unwrap_or(now)));
+            self.raster.place(pairs, self.frames)?;
+        }
+        Ok(())
     }
 
     /// They are drawn anew in the next frame. Waits for the GPU, which may still read them.
@@ -336,8 +359,8 @@ impl Host {
         // SAFETY: by the caller; images are in the layouts that `FrameInputs` asks for.
         unsafe {
             if self.picture_changed {
-                self.gbuffer.record(encoder, &self.raster, &self.camera)?;
-                self.picture_changed = false;
+                self.gbuffer.record(encoder, &self.raster, &self.camera, &self.drawn.0)?;
+                self.settle();
             }
             self.record_shadow_maps(encoder)?;
             let commands = encoder.raw_handle();
@@ -348,8 +371,12 @@ impl Host {
                 depth: self.gbuffer.depth.raw_view(),
                 clear_depth: CLEAR_DEPTH,
                 normal: self.gbuffer.normal.raw_view(),
+                motion: self
+                    .motion
+                    .then(|| Motion { image: self.gbuffer.motion.raw_view(), scale: [width as f32, height as f32] }),
                 output: self.output.raw_view(),
                 output_float32: true,
+                origin: [0, 0],
                 width,
                 height,
                 debug_view: self.debug_view,
@@ -357,6 +384,20 @@ impl Host {
             })?;
         }
         Ok(())
+    }
+
+    /// The G-buffer is drawn. If anything has moved it is to be drawn once more, at rest.
+    fn settle(&mut self) {
+        self.picture_changed = false;
+        if self.drawn.0 != self.camera {
+            self.drawn.0 = self.camera.clone();
+            self.picture_changed = true;
+        }
+        if self.drawn.1 != self.instances {
+            self.drawn.1 = self.instances.clone();
+            self.instances_changed = true;
+            self.picture_changed = true;
+        }
     }
 
     fn submit(&mut self, slot: &mut Slot, commands: hal::CommandBuffer) -> Result<()> {

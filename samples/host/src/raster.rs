@@ -13,11 +13,14 @@ use wgpu_hal::{CommandEncoder as _, Device as _, vulkan as hal};
 use wgpu_types as wgt;
 
 /// Formats of the colour attachments, in the order of the shader's outputs.
-pub(crate) const COLOR_FORMATS: [wgt::TextureFormat; 3] = [wgt::TextureFormat::Rgba16Float; 3];
+pub(crate) const COLOR_FORMATS: [wgt::TextureFormat; 4] = {
+    let wide = wgt::TextureFormat::Rgba16Float;
+    [wide, wide, wide, wgt::TextureFormat::Rg16Float]
+};
 /// Format of the depth attachment.
 pub(crate) const DEPTH_FORMAT: wgt::TextureFormat = wgt::TextureFormat::Depth32Float;
 /// Size of the shader's `View` in bytes.
-pub(crate) const VIEW_BYTES: u32 = 80;
+pub(crate) const VIEW_BYTES: u32 = 128;
 
 /// In object space.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -33,6 +36,8 @@ struct Vertex {
 struct InstanceEntry {
     linear: [[f32; 3]; 3],
     translation: [f32; 3],
+    past_linear: [[f32; 3]; 3],
+    past_translation: [f32; 3],
     material: u32,
 }
 
@@ -92,13 +97,21 @@ impl Raster {
         Ok(raster)
     }
 
-    /// Replaces the instances drawn; `frame` is the number of the latest frame submitted.
-    pub(crate) fn place<'a>(&mut self, instances: impl IntoIterator<Item = &'a Instance>, frame: u64) -> Result<()> {
-        let mut instances: Vec<&Instance> = instances.into_iter().collect();
-        instances.sort_by_key(|instance| instance.mesh);
-        let entry = |instance: &&Instance| InstanceEntry {
+    /// Replaces the instances drawn, each as it is and as it was in the last frame; `frame` is the number of the latest
+    /// frame submitted.
+    pub(crate) fn place<'a>(
+        &mut self,
+        instances: impl IntoIterator<Item = (&'a Instance, &'a Instance)>,
+        frame: u64,
+    ) -> Result<()> {
+        let mut instances: Vec<(&Instance, &Instance)> = instances.into_iter().collect();
+        instances.sort_by_key(|(instance, _)| instance.mesh);
+        let translation = |instance: &Instance| DVec3::from(instance.translation).as_vec3().to_array();
+        let entry = |(instance, past): &(&Instance, &Instance)| InstanceEntry {
             linear: instance.linear,
-            translation: DVec3::from(instance.translation).as_vec3().to_array(),
+            translation: translation(instance),
+            past_linear: past.linear,
+            past_translation: translation(past),
             material: instance.material as u32,
         };
         let entries: Vec<InstanceEntry> = instances.iter().map(entry).collect();
@@ -107,9 +120,9 @@ impl Raster {
         self.retired.extend(self.instances.replace(buffer).map(|old| (frame, old)));
         self.draws.clear();
         let mut first = 0;
-        for same in instances.chunk_by(|a, b| a.mesh == b.mesh) {
+        for same in instances.chunk_by(|a, b| a.0.mesh == b.0.mesh) {
             let end = first + same.len() as u32;
-            self.draws.push(Draw { vertices: self.meshes[same[0].mesh].clone(), instances: first..end });
+            self.draws.push(Draw { vertices: self.meshes[same[0].0.mesh].clone(), instances: first..end });
             first = end;
         }
         Ok(())
@@ -221,7 +234,7 @@ impl Raster {
             bind_group_layouts: &[self.group_layout.as_ref()],
             immediate_size: VIEW_BYTES,
         };
-        // SAFETY: 80 bytes of push constants are within every device's limit of 128.
+        // SAFETY: 128 bytes of push constants are within every device's limit.
         let layout = unsafe { self.gpu.device.create_pipeline_layout(&layout) };
         let layout = &*self.layout.insert(layout.map_err(Error::gpu("creating a pipeline layout"))?);
         for fragments in [true, false] {
@@ -288,13 +301,14 @@ fn vertex_attributes() -> [wgt::VertexAttribute; 3] {
     attributes(0, offsets, [Float32x3, Float32x3, Float32x2])
 }
 
-/// The columns and the material of [`InstanceEntry`] in order, at locations 3 to 7.
-fn instance_attributes() -> [wgt::VertexAttribute; 5] {
+/// The columns, now and in the last frame, and the material of [`InstanceEntry`] in order, at locations 3 to 11.
+fn instance_attributes() -> [wgt::VertexAttribute; 9] {
     use wgt::VertexFormat::{Float32x3, Uint32};
-    let (linear, column) = (offset_of!(InstanceEntry, linear), size_of::<[f32; 3]>());
-    let (translation, material) = (offset_of!(InstanceEntry, translation), offset_of!(InstanceEntry, material));
-    let offsets = [linear, linear + column, linear + 2 * column, translation, material];
-    attributes(3, offsets, [Float32x3, Float32x3, Float32x3, Float32x3, Uint32])
+    let column = size_of::<[f32; 3]>();
+    let columns = std::array::from_fn::<_, 8, _>(|index| offset_of!(InstanceEntry, linear) + index * column);
+    let [a, b, c, d, e, f, g, h] = columns;
+    let formats = [Float32x3, Float32x3, Float32x3, Float32x3, Float32x3, Float32x3, Float32x3, Float32x3, Uint32];
+    attributes(3, [a, b, c, d, e, f, g, h, offset_of!(InstanceEntry, material)], formats)
 }
 
 fn attributes<const N: usize>(

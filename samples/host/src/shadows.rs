@@ -111,7 +111,7 @@ impl ShadowAtlas {
                 let view = wgpu_hal::Rect { x: x as f32, y: y as f32, w: w as f32, h: h as f32 };
                 encoder.set_viewport(&view, 0.0..1.0);
                 encoder.set_scissor_rect(&wgpu_hal::Rect { x, y, w, h });
-                encoder.set_immediates(raster.layout(), 0, &view_words(camera));
+                encoder.set_immediates(raster.layout(), 0, &view_words(camera, camera));
                 for Draw { vertices, instances } in raster.draws() {
                     encoder.draw(vertices.start, vertices.len() as u32, instances.start, instances.len() as u32);
                 }

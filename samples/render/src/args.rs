@@ -89,6 +89,9 @@ pub struct Args {
     /// Edge in texels of shadow maps that the host draws of sun, points and spots, for brickgi to read; 0: shadows are rays
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=4096))]
     pub shadow_maps: u32,
+    /// Whether brickgi is given motion vectors
+    #[arg(long, default_value_t = true, action = clap::ArgAction::Set)]
+    pub motion: bool,
     /// Write debug_<what>.png too: bricks, albedo, normals, radiance, steps and history, as the camera's rays find them
     #[arg(long)]
     pub debug_views: bool,

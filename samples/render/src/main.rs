@@ -43,6 +43,7 @@ fn render(args: &Args) -> Result<()> {
         frames_in_flight: args.frames_in_flight,
         validation: args.validate,
         shadow_maps: args.shadow_maps,
+        motion: args.motion,
         ..HostOptions::new(scene)
     })?;
     let out = output_folder(args, &host);
