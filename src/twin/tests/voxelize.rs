@@ -15,8 +15,9 @@ use crate::twin::layout::{Brick, Face, Voxel, decode, encode};
 use crate::twin::pack::{albedo_levels, fine_albedo_levels, rgb9e5_decode};
 use crate::twin::random::{Errors, Random};
 use crate::twin::resolve;
+use crate::twin::shapes;
 use crate::twin::triangle::Triangle;
-use crate::twin::voxelize::Source;
+use crate::twin::voxelize::{self, Source};
 use glam::{DVec3, IVec3};
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeSet, HashSet};
@@ -273,5 +274,41 @@ fn triangle_soups_become_the_same_bricks() {
     for name in ["soup 1", "soup 2"] {
         let tally = compare(name, &mut gpu, &solids::soup(&mut random), HitModel::Plane);
         assert!(tally.borderline * 200 < tally.voxels, "{name}: more than 0.5 % hang on rounding");
+    }
+}
+
+/// A board of eight corners, `thin` voxels thick along z from `z` on, through the voxel but for its lower edge.
+fn board(z: f32, thin: f32) -> Vec<Triangle> {
+    let (positions, indices) = shapes::plate([1; 3], 1.0);
+    let place = |p: [f32; 3]| [3.0 * p[0] - 1.0, 0.3 + 2.0 * p[1], z + thin * p[2]];
+    let corner = |k: &u32| place(positions[*k as usize]);
+    let triangle = |t: &[u32]| {
+        let mut words = [0.0; 16];
+        t.iter().enumerate().for_each(|(k, i)| words[4 * k..][..3].copy_from_slice(&corner(i)));
+        Triangle::new(&words)
+    };
+    indices.chunks(3).map(triangle).collect()
+}
+
+#[test]
+fn thin_edges_cover_what_they_cover() {
+    let grey = Material { base_color: [0.5; 3], texture: NO_TEXTURE, opacity: 1.0, ..Material::default() };
+    for thin in [0.07f32, 0.12, 0.2, 0.33] {
+        let places = 200;
+        let cells = |k: u32| {
+            let z = 0.01 + (0.98 - thin) * k as f32 / places as f32;
+            let source = Source {
+                triangles: board(z, thin),
+                materials: &[grey],
+                texels: &[],
+                emission_max: 1.0,
+                seed: k,
+                reach: None,
+            };
+            let cut = voxelize::cut(&source, IVec3::ZERO, &Errors::none());
+            cut.sides[2].as_ref().map_or(0, |side| side.mask.count_ones())
+        };
+        let covered = f64::from((0..places).map(cells).sum::<u32>()) / f64::from(16 * places);
+        assert!((covered / f64::from(thin) - 1.0).abs() < 0.08, "{thin} thick covers {covered}");
     }
 }
