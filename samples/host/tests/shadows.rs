@@ -72,17 +72,18 @@ fn rooms_lit_by_a_cube_map_are_as_with_rays() {
     assert!(dark < 1e-3, "{dark}");
 }
 
-/// Slats and rails thinner than a voxel: the map knows them better than the bricks do. (relMSE tells the probes' noise in
-/// dim corners, a fifth from one sequence of rays to another.)
+/// Slats and rails thinner than a voxel: the map knows where their shadows fall, of which the bricks keep how much they
+/// cover. (relMSE tells the probes' noise in dim corners, a fifth from one sequence of rays to another; the bias is the
+/// map's texels: -2.9 % with 1 024 along the edge, -2.1 % with 4 096.)
 #[test]
 fn a_suns_map_is_nearer_to_the_truth_than_rays() {
     let scene = scene("stairs");
     let truth = Reference::beside(&scene, "a").expect("readable").expect("the truth ships with the scene");
-    let [rays, maps] = [0, 1024].map(|edge| {
+    let [rays, maps] = [0, 4096].map(|edge| {
         let (image, _) = render(&scene, "a", None, edge);
         let score = truth.score(&image).expect("an image of the truth's size");
         println!("{edge} texels: {score:.4?}");
         (score.nrmse.expect("light"), score.bias.expect("light").abs())
     });
-    assert!(maps.0 < rays.0 && maps.1 < rays.1, "NRMSE and bias {maps:?}, with rays {rays:?}");
+    assert!(maps.0 < 0.95 * rays.0 && maps.1 < 0.03, "NRMSE and bias {maps:?}, with rays {rays:?}");
 }
