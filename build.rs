@@ -18,6 +18,8 @@ type Change = (&'static str, &'static str);
 const FLOAT32: Change = ("rgba16float", "rgba32float");
 /// Pixels do not look for what is near.
 const FAR: Change = ("const NEAR_FIELD: bool = true;", "const NEAR_FIELD: bool = false;");
+/// The world has changed of late.
+const WATCHING: Change = ("const WATCHES: bool = false;", "const WATCHES: bool = true;");
 /// What rays find has not bounced before.
 const ONCE: Change =
     ("e += hit_radiance(hit, direction);", "e += sent_directly(hit, start.xyz, direction, face.seed, index);");
@@ -31,6 +33,10 @@ const PERMUTATIONS: &[(&str, &str, &[Change])] = &[
     ("resolve", "resolve_float32", &[FLOAT32]),
     ("resolve", "resolve_far", &[FAR]),
     ("resolve", "resolve_far_float32", &[FAR, FLOAT32]),
+    ("resolve", "resolve_watching", &[WATCHING]),
+    ("resolve", "resolve_watching_float32", &[WATCHING, FLOAT32]),
+    ("resolve", "resolve_far_watching", &[FAR, WATCHING]),
+    ("resolve", "resolve_far_watching_float32", &[FAR, WATCHING, FLOAT32]),
     ("disocclusion", "disocclusion_float32", &[FLOAT32]),
     ("debug_view", "debug_view_float32", &[FLOAT32]),
     ("composite", "composite_float32", &[FLOAT32]),

@@ -145,8 +145,8 @@ typedef struct BgiSettings {
     BgiHitModel hitModel;
     /// Pixels along the edge of a screen-probe tile: 8, 16 or 32; default 16.
     uint32_t probeTile;
-    /// Frames that the full-resolution temporal filter averages at most while the world is at rest, 1 to 1024; 1 turns it
-    /// off; default 256.
+    /// Frames that the full-resolution temporal filter averages at most while the world is at rest, 1 to 1024; default 256.
+    /// 1 turns it off, for hosts with one of their own: each frame stands for itself, and pixels borrow from no neighbours.
     uint32_t temporalFrames;
     /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
     /// that probes are judged against; costs width * height * pixelRays rays a frame.
@@ -1009,9 +1009,11 @@ BgiResult bgiSetSkyImage(BgiContext context,
 /// @return BGI_SUCCESS or BGI_ERROR_INVALID_HANDLE.
 BgiResult bgiInvalidateLighting(BgiContext context);
 
-/// Replaces all lights and the sky for the following dispatches. Records nothing.
+/// Replaces all lights and the sky for the following dispatches. Records nothing. The first call with any light, with
+/// spheres or rectangles, and with more than directLights, creates a pipeline each.
 ///
-/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
+/// BGI_ERROR_OUT_OF_MEMORY, BGI_ERROR_DEVICE_LOST or BGI_ERROR_VULKAN.
 BgiResult bgiSetLights(BgiContext context, const struct BgiLighting *lighting);
 
 /// Replaces the host's shadow maps for the following dispatches; none: each shadow is a ray. Where a map covers a point that
@@ -1024,8 +1026,11 @@ BgiResult bgiSetLights(BgiContext context, const struct BgiLighting *lighting);
 ///
 /// The views stay valid until the GPU has finished with the command buffers of all dispatches before they were replaced.
 ///
+/// The first call with any map creates a pipeline.
+///
 /// @param maps count maps. Copied.
-/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
+/// BGI_ERROR_OUT_OF_MEMORY, BGI_ERROR_DEVICE_LOST or BGI_ERROR_VULKAN.
 BgiResult bgiSetShadowMaps(BgiContext context,
                            uint32_t count,
                            const struct BgiShadowMap *maps);
@@ -1052,7 +1057,7 @@ BgiResult bgiSetCamera(BgiContext context, BgiView view, const struct BgiCamera 
 /// Records one view's frame into the host's command buffer: copies of pending meshes, queued bricks, lighting, probes,
 /// resolve. Compute and copies only; valid in secondary command buffers; no queue is touched and nothing is waited for.
 /// Clobbered and not restored: the compute pipeline, compute descriptor sets and push constants. Barriers for the library's
-/// own buffers are its own. The handles in `info` and the buffers of pending meshes must stay valid until the GPU has
+/// own buffers are its own. The first call with an outputFormat creates its pipelines. The handles in `info` and the buffers of pending meshes must stay valid until the GPU has
 /// finished with the command buffer.
 ///
 /// @return BGI_SUCCESS; BGI_WARNING_WORLD_INCOMPLETE, after all its work, where bricks are left out for lack of memory

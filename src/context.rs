@@ -8,11 +8,11 @@ use crate::gpu::shared::{
 use crate::gpu::{Device, Pipelines, Player, Slot, Target};
 use crate::parallel::{ParallelFor, Workers};
 use crate::passes::bricks::VOXELIZE_PASSES;
-use crate::passes::light::bounce_pass;
-use crate::passes::probes::{composite, composite_pass, debug_pass, debug_view, gather, resolve_pass};
+use crate::passes::light::{bounce_pass, direct_passes};
+use crate::passes::probes::{composite, composite_pass, debug_pass, debug_view, gather, output_passes};
 use crate::scene::{Camera, Light, MeshUpdate, Scene, ShadowMap, Sky, SkyImage, Triangles, check_shadow_maps};
 use crate::settings::Settings;
-use crate::view::{FrameShape, View};
+use crate::view::{FrameShape, View, history_bytes};
 use crate::world::{FrameScope, World};
 use ash::vk;
 use glam::{DVec3, UVec2};
@@ -289,7 +289,12 @@ impl Context {
             pipelines: Pipelines::new(&device)?,
             device,
         };
-        context.pipelines.add(&context.device, bounce_pass(&context.settings))?;
+        if context.settings.bounce_rays > 0 {
+            context.pipelines.add(&context.device, bounce_pass(&context.settings))?;
+        }
+        for pass in direct_passes(&[], false, &context.settings) {
+            context.pipelines.add(&context.device, pass)?;
+        }
         for _ in 0..desc.frames_in_flight {
             let slot = Slot::new(&context.device)?;
             context.slots.push(slot);
@@ -330,6 +335,9 @@ impl Context {
         if matches!(sky, Sky::Image { .. }) && self.scene.sky_map.is_empty() {
             return Err(Error::invalid("sky: no image has been handed over"));
         }
+        for pass in direct_passes(lights, !self.scene.shadow_maps.is_empty(), &self.settings) {
+            self.pipelines.add(&self.device, pass)?;
+        }
         if self.scene.lights != lights || self.scene.sky != sky {
             self.scene.lights = lights.to_vec();
             self.scene.sky = sky;
@@ -364,6 +372,9 @@ impl Context {
     /// command buffers of these, until they are replaced.
     pub unsafe fn set_shadow_maps(&mut self, maps: &[ShadowMap]) -> Result<()> {
         check_shadow_maps(maps, &self.scene.lights)?;
+        for pass in direct_passes(&self.scene.lights, !maps.is_empty(), &self.settings) {
+            self.pipelines.add(&self.device, pass)?;
+        }
         self.scene.shadow_maps = maps.to_vec();
         Ok(())
     }
@@ -382,7 +393,7 @@ impl Context {
         let limit = u64::from(self.device.limits.max_storage_buffer_range);
         let probes =
             u64::from(width.div_ceil(self.settings.probe_tile)) * u64::from(height.div_ceil(self.settings.probe_tile));
-        if u64::from(width) * u64::from(height) * 12 > limit || probes * 144 > limit || probes > u64::from(PROBE_MASK) {
+        if history_bytes(UVec2::new(width, height)) > limit || probes * 144 > limit || probes > u64::from(PROBE_MASK) {
             return Err(Error::invalid(
                 "the view has more pixels or probes than the device's buffers and dispatches hold",
             ));
@@ -438,7 +449,9 @@ impl Context {
             return Err(Error::invalid("albedo, direct and composite must not be null, nor composite the output"));
         }
         let camera = view.camera.ok_or_else(|| Error::invalid("the view has no camera yet"))?;
-        self.pipelines.add(&self.device, resolve_pass(self.settings.near_field, inputs.output_float32))?;
+        for pass in output_passes(self.settings.near_field, inputs.output_float32) {
+            self.pipelines.add(&self.device, pass)?;
+        }
         if inputs.debug_view.is_some() {
             self.pipelines.add(&self.device, debug_pass(inputs.output_float32))?;
         }
@@ -471,11 +484,12 @@ impl Context {
             // The reference for probes looks always.
             gather_interval: if self.settings.pixel_rays == 0 { self.settings.gather_interval } else { 1 },
             near_field: self.settings.near_field,
+            watches: self.world.watches(),
             motion_scale: inputs.motion.map(|motion| motion.scale.into()),
         };
         let view = self.views.get_mut(&inputs.view.0).expect("found above");
         let uniform = view.uniform(&camera, eye - self.world.window_voxels(), &shape);
-        gather(&mut frame, &uniform, self.frame_index, inputs.output_float32);
+        gather(&mut frame, &uniform, self.frame_index, shape.watches, inputs.output_float32);
         if let Some(shown) = inputs.debug_view {
             debug_view(&mut frame, &uniform, shown, inputs.output_float32);
         }

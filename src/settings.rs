@@ -75,8 +75,8 @@ pub struct Settings {
     /// Whether each pixel looks for what stands within two voxels of it, and for what hides its probes' light within 16:
     /// contact shadows; default true. Up to two short rays a pixel, the larger part of what the gather costs.
     pub near_field: bool,
-    /// Frames that the full-resolution temporal filter averages at most while the world is at rest, 1 to 1024; 1 turns it
-    /// off; default 256.
+    /// Frames that the full-resolution temporal filter averages at most while the world is at rest, 1 to 1024; default 256.
+    /// 1 turns it off, for hosts with one of their own: each frame stands for itself, and pixels borrow from no neighbours.
     pub temporal_frames: u32,
     /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
     /// that probes are judged against; costs `width * height * pixel_rays` rays a frame.

@@ -35,6 +35,8 @@ pub struct View {
     previous: Option<(Camera, UVec2)>,
     /// The world's loads when it was.
     loads: u32,
+    /// Its last frame has left lags.
+    watched: bool,
     /// Which history holds the latest frame.
     pub flipped: bool,
 }
@@ -42,12 +44,20 @@ pub struct View {
 impl View {
     pub fn new(device: &Device, size: UVec2, tile: u32) -> Result<Self> {
         let tiles = size.map(|s| s.div_ceil(tile));
-        let (pixels, probes) = (u64::from(size.x) * u64::from(size.y), u64::from(tiles.x) * u64::from(tiles.y));
+        let probes = u64::from(tiles.x) * u64::from(tiles.y);
         let lobes = probes * 4 * u64::from(LOBE_WORDS);
-        let pairs = [pixels * 12, lobes, probes * 32, probes * 16, probes * 144];
+        let pairs = [history_bytes(size), lobes, probes * 32, probes * 16, probes * 144];
         let sizes = pairs.into_iter().flat_map(|bytes| [bytes; 2]).chain([probes * 4]);
-        let mut view =
-            Self { size, buffers: Vec::new(), camera: None, drawn: None, previous: None, loads: 0, flipped: false };
+        let mut view = Self {
+            size,
+            buffers: Vec::new(),
+            camera: None,
+            drawn: None,
+            previous: None,
+            loads: 0,
+            watched: false,
+            flipped: false,
+        };
         for bytes in sizes {
             match Buffer::new(device, bytes, Location::Device) {
                 Ok(buffer) => view.buffers.push(buffer),
@@ -89,6 +99,7 @@ impl View {
             near_field: if frame.near_field { NEAR_VOXELS } else { -1.0 },
             has_motion: frame.motion_scale.is_some().into(),
             motion_scale: (frame.motion_scale.unwrap_or_default() / size.as_vec2()).to_array(),
+            lag_start: 3 * self.size.x * self.size.y,
             pixel_width: 2.0 / (size.x as f32 * camera.projection[0][0].abs().max(1e-6)),
             ..ViewUniform::default()
         };
@@ -100,8 +111,10 @@ impl View {
             uniform.motion_shift = ((middle(&previous) - middle(camera)) / 2.0).as_vec2().to_array();
             uniform.previous_size = previous_size.x | previous_size.y << 16;
             uniform.history_valid = 1;
+            uniform.knows_lag = (frame.watches && self.watched).into();
         }
         self.previous = Some((*camera, size));
+        self.watched = frame.watches;
         self.loads = frame.loads;
         self.flipped = !self.flipped;
         uniform
@@ -147,6 +160,12 @@ impl View {
     }
 }
 
+/// Three words a pixel, and behind them two for each 8 x 8.
+pub fn history_bytes(size: UVec2) -> u64 {
+    let area = |size: UVec2| u64::from(size.x) * u64::from(size.y);
+    12 * area(size) + 8 * area(size.map(|s| s.div_ceil(8)))
+}
+
 /// Where the view axis meets the image, in clip space: off its middle, jitter shows there.
 fn middle(camera: &Camera) -> DVec2 {
     let projection = camera.projection();
@@ -168,6 +187,8 @@ pub struct FrameShape {
     pub pixel_rays: u32,
     pub gather_interval: u32,
     pub near_field: bool,
+    /// The world has changed of late.
+    pub watches: bool,
     /// From the motion image's values to pixels; none: there is no such image.
     pub motion_scale: Option<Vec2>,
 }

@@ -7,8 +7,8 @@
 
 // Weight, in frames in which a probe stands close, with which a pixel stands for itself.
 const ENOUGH: f32 = 16.0;
-// And to which at least it goes on averaging while its surface moves.
-const LEAST: f32 = 8.0;
+// What a frame weighs in the mean, over all the places where probes may stand.
+const FRAME_WEIGHT: f32 = 0.4;
 // And with which it rests between its turns.
 const SETTLED: f32 = 48.0;
 
@@ -39,7 +39,7 @@ fn load_history(surface: Surface, pixel: vec2<u32>) -> vec4<f32> {
     if weight_sum < 0.01 { return vec4<f32>(0.0); }
     var past = sum / weight_sum;
     // Light is another one a voxel on.
-    if before.travelled > 0.0 { past.w = min(past.w, max(frame.voxel_size / before.travelled, LEAST)); }
+    if before.travelled > 0.0 { past.w = min(past.w, FRAME_WEIGHT * frame.voxel_size / before.travelled); }
     return past;
 }
 

@@ -3,6 +3,7 @@
 // (`probe_reproject`).
 
 #import lib/history.wgsl
+#import lib/lag.wgsl
 #import lib/follow.wgsl
 
 struct ViewPush {
@@ -29,7 +30,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var place = find_place(tile, push.frame_index);
     var kind = select(PROBE_NONE, PROBE_NEW, place.surface.valid);
     // Its pixel stands for the tile's: it is another one in each frame.
-    if !place.surface.valid || has_settled(load_history(place.surface, place.pixel)) {
+    // What looks twice at the same probes finds the same twice.
+    let rests = has_settled(load_history(place.surface, place.pixel)) && !load_lag(place.pixel / 8u).roused;
+    if !place.surface.valid || rests {
         if is_turn(tile, push.frame_index) {
             place = find_place(tile, push.frame_index / view.gather_interval);
             kind = select(PROBE_NONE, PROBE_IN_TURN, place.surface.valid);

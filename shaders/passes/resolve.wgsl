@@ -1,9 +1,11 @@
 // Irradiance of each pixel: four probes around it weighted by plane distance and normal; where none stands for it, its
 // own rays into the world cache. What is near a pixel it sees by a short ray of its own, and another one looks whether
-// something hides the probes' light. Then the average over time with rejection where the surface was not seen before.
+// something hides the probes' light. Then the average over time with rejection where the surface was not seen before, and
+// cut short where light has changed.
 
 #import lib/reach.wgsl
 #import lib/history.wgsl
+#import lib/lag.wgsl
 
 struct ViewPush {
     frame_index: u32,
@@ -19,6 +21,8 @@ var<immediate> push: ViewPush;
 
 // Another line where a setting leaves it to probes alone (build.rs).
 const NEAR_FIELD: bool = true;
+// Whether the world has changed of late, and averages are cut short where they lag behind.
+const WATCHES: bool = false;
 // How far (voxels) a pixel looks for what stands between it and what a probe sees.
 const GUIDED: f32 = 16.0;
 // Frames averaged while the world or its lights are changing.
@@ -27,34 +31,60 @@ const UNSTEADY: u32 = 8u;
 const FALLBACK_RAYS: u32 = 4u;
 const PI: f32 = 3.14159265;
 
+var<workgroup> differences: array<vec2<f32>, 64>;
+
 @compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
-    let pixel = id.xy;
-    if any(pixel >= view.size) { return; }
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>,
+        @builtin(local_invocation_index) thread: u32) {
+    var lag = Lag();
+    if WATCHES { lag = load_lag(group.xy); }
+    var difference = vec2<f32>(0.0);
+    if all(id.xy < view.size) { difference = resolve(id.xy, group.xy, lag); }
+    if !WATCHES { return; }
+    differences[thread] = difference;
+    workgroupBarrier();
+    if thread < 8u {
+        for (var k = 8u + thread; k < 64u; k += 8u) { differences[thread] += differences[k]; }
+    }
+    workgroupBarrier();
+    if thread > 0u { return; }
+    var sum = differences[0];
+    for (var k = 1u; k < 8u; k++) { sum += differences[k]; }
+    let next = next_lag(lag, sum);
+    let at = lag_at(group.xy);
+    history_out[at] = pack2x16float(next.means);
+    history_out[at + 1u] = pack2x16float(vec2<f32>(next.deviation, 0.0)) | (next.count << 16u);
+}
+
+// How much brighter the pixel was found than it is known, and how bright that is; 0 where it did not look or knows too little.
+fn resolve(pixel: vec2<u32>, group: vec2<u32>, lag: Lag) -> vec2<f32> {
     let at = pixel.y * view.stride + pixel.x;
     let surface = load_surface(pixel);
     if !surface.valid {
         store_history(at, vec4<f32>(0.0), NO_SURFACE);
         textureStore(output_image, view.origin + pixel, vec4<f32>(0.0));
-        return;
+        return vec2<f32>(0.0);
     }
     let past = load_history(surface, pixel);
-    let rests = has_settled(past);
+    let rests = has_settled(past) && !lag.roused;
     // Whole workgroups at once: pixels that rest beside others that look would spare no time.
-    if rests && !is_turn(group.xy, push.frame_index) {
+    if rests && !is_turn(group, push.frame_index) {
         store_history(at, past, surface_word(surface));
         textureStore(output_image, view.origin + pixel, vec4<f32>(past.xyz, 1.0));
-        return;
+        return vec2<f32>(0.0);
     }
     let now = gather(pixel, at, surface, select(push.frame_index, push.frame_index / view.gather_interval, rests));
     // While the world is changing, what pixels trust little also leaves the average.
     let kept = past.w * select(1.0, 1.0 - 1.0 / f32(view.history_max), view.history_max <= UNSTEADY);
-    let weight = min(kept, f32(view.history_max) - now.w);
+    let most = select(f32(view.history_max) - now.w, 0.0, view.history_max == 1u);
+    let weight = min(min(kept, lag_weight(lag)), most);
     // Weights grow with time: light that is still settling leaves the average soon.
     let e = mix(past.xyz, now.xyz, 2.0 * now.w / (weight + 2.0 * now.w));
     let average = clamp(e, vec3<f32>(0.0), vec3<f32>(65000.0));
     store_history(at, vec4<f32>(average, weight + now.w), surface_word(surface));
     textureStore(output_image, view.origin + pixel, vec4<f32>(average, 1.0));
+    let known = luminance(past.xyz);
+    return select(vec2<f32>(0.0), vec2<f32>(luminance(now.xyz) - known, known), past.w >= ENOUGH);
 }
 
 // Irradiance, and how much it counts in the average over time: probes move, and a pixel trusts the frames in which one

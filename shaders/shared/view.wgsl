@@ -43,4 +43,8 @@ struct View {
     origin: vec2<u32>,
     // Width in metres of a pixel one metre in front of the camera.
     pixel_width: f32,
+    // First word of the lags in the history buffers.
+    lag_start: u32,
+    // 1: the last frame has left lags.
+    knows_lag: u32,
 }

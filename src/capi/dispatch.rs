@@ -137,7 +137,7 @@ fn motion(info: &BgiDispatchInfo) -> Result<Option<Motion>, Failure> {
 /// Records one view's frame into the host's command buffer: copies of pending meshes, queued bricks, lighting, probes,
 /// resolve. Compute and copies only; valid in secondary command buffers; no queue is touched and nothing is waited for.
 /// Clobbered and not restored: the compute pipeline, compute descriptor sets and push constants. Barriers for the library's
-/// own buffers are its own. The handles in `info` and the buffers of pending meshes must stay valid until the GPU has
+/// own buffers are its own. The first call with an outputFormat creates its pipelines. The handles in `info` and the buffers of pending meshes must stay valid until the GPU has
 /// finished with the command buffer.
 ///
 /// @return BGI_SUCCESS; BGI_WARNING_WORLD_INCOMPLETE, after all its work, where bricks are left out for lack of memory

@@ -129,9 +129,11 @@ pub extern "C" fn bgiInvalidateLighting(context: BgiContext) -> BgiResult {
     })
 }
 
-/// Replaces all lights and the sky for the following dispatches. Records nothing.
+/// Replaces all lights and the sky for the following dispatches. Records nothing. The first call with any light, with
+/// spheres or rectangles, and with more than directLights, creates a pipeline each.
 ///
-/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
+/// BGI_ERROR_OUT_OF_MEMORY, BGI_ERROR_DEVICE_LOST or BGI_ERROR_VULKAN.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bgiSetLights(context: BgiContext, lighting: *const BgiLighting) -> BgiResult {
     guard_context(context, |state| {

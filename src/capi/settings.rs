@@ -57,8 +57,8 @@ pub struct BgiSettings {
     pub hit_model: BgiHitModel,
     /// Pixels along the edge of a screen-probe tile: 8, 16 or 32; default 16.
     pub probe_tile: u32,
-    /// Frames that the full-resolution temporal filter averages at most while the world is at rest, 1 to 1024; 1 turns it
-    /// off; default 256.
+    /// Frames that the full-resolution temporal filter averages at most while the world is at rest, 1 to 1024; default 256.
+    /// 1 turns it off, for hosts with one of their own: each frame stands for itself, and pixels borrow from no neighbours.
     pub temporal_frames: u32,
     /// Rays that each pixel shoots into the world, 0 to 1024, instead of using probes; default 0: probes. The reference
     /// that probes are judged against; costs width * height * pixelRays rays a frame.

@@ -119,8 +119,11 @@ impl BgiShadowMap {
 ///
 /// The views stay valid until the GPU has finished with the command buffers of all dispatches before they were replaced.
 ///
+/// The first call with any map creates a pipeline.
+///
 /// @param maps count maps. Copied.
-/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT or BGI_ERROR_INVALID_STRUCTURE.
+/// @return BGI_SUCCESS, BGI_ERROR_INVALID_HANDLE, BGI_ERROR_INVALID_ARGUMENT, BGI_ERROR_INVALID_STRUCTURE,
+/// BGI_ERROR_OUT_OF_MEMORY, BGI_ERROR_DEVICE_LOST or BGI_ERROR_VULKAN.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bgiSetShadowMaps(context: BgiContext, count: u32, maps: *const BgiShadowMap) -> BgiResult {
     guard_context(context, |state| {

@@ -14,16 +14,8 @@ pub struct Pipeline {
     pub set_layout: vk::DescriptorSetLayout,
 }
 
-/// Passes that few hosts ever ask for, and whose pipelines are made when one does.
-const ON_DEMAND: [&str; 7] = [
-    "debug_view",
-    "debug_view_float32",
-    "light_bounce_once",
-    "composite",
-    "composite_float32",
-    "resolve_far",
-    "resolve_far_float32",
-];
+/// Passes of which a host needs few, or none, and whose pipelines are made when it asks for them: by how these begin.
+const ON_DEMAND: [&str; 6] = ["composite", "debug_view", "disocclusion", "light_bounce", "light_direct", "resolve"];
 
 /// All pipelines, by pass.
 pub struct Pipelines {
@@ -42,7 +34,7 @@ pub fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
 impl Pipelines {
     /// Creates all of them but those that [`Pipelines::add`] is for.
     pub fn new(device: &Device) -> Result<Self> {
-        Self::of(device, SHADERS.iter().filter(|shader| !ON_DEMAND.contains(&shader.name)))
+        Self::of(device, SHADERS.iter().filter(|shader| !ON_DEMAND.iter().any(|pass| shader.name.starts_with(pass))))
     }
 
     /// Creates a pass's pipeline, unless there is one.

@@ -2,6 +2,7 @@
 
 use crate::frame::Frame;
 use crate::gpu::shared::{LIGHT_SPHERE, Light, LightBrick, LightPush, ShadowLayer};
+use crate::scene;
 use crate::settings::Settings;
 
 /// What lights the faces.
@@ -29,14 +30,9 @@ pub fn light(
     }
     let (brick_count, groups) = (bricks.len() as u32, face_count.div_ceil(64));
     let bounces = settings.bounce_rays > 0;
-    let are_many = lights.len() > settings.direct_lights as usize;
-    let direct_groups = if are_many { brick_count } else { groups };
     let have_extent = lights.iter().any(|l| l.kind >= LIGHT_SPHERE);
-    let direct = match (!layers.is_empty(), have_extent) {
-        (true, _) => ["light_direct_maps", "light_direct_many_maps"],
-        (_, true) => ["light_direct_areas", "light_direct_many_areas"],
-        _ => ["light_direct", "light_direct_many"],
-    }[usize::from(are_many)];
+    let direct = direct_pass(lights.len(), have_extent, !layers.is_empty(), settings);
+    let direct_groups = if are_many(lights.len(), settings) { brick_count } else { groups };
     frame.dispatch("face_compact", [brick_count, 1, 1], [0u32; 0]);
     for sweep in 0..sweeps {
         let push = LightPush { face_count, brick_count, update: first_update + sweep };
@@ -49,6 +45,34 @@ pub fn light(
         }
         frame.dispatch("light_store", [brick_count, 1, 1], push);
     }
+}
+
+/// Whether a brick's faces choose among the lights.
+fn are_many(lights: usize, settings: &Settings) -> bool {
+    lights > settings.direct_lights as usize
+}
+
+/// What these lights need, whether or not any of their shadow maps covers anything.
+pub fn direct_passes(
+    lights: &[scene::Light],
+    have_maps: bool,
+    settings: &Settings,
+) -> impl Iterator<Item = &'static str> + use<> {
+    let have_extent = lights.iter().any(scene::Light::has_extent);
+    let [without, with] = [false, true].map(|maps| direct_pass(lights.len(), have_extent, maps, settings));
+    // Without rays it clears what the sweep before left.
+    let any = !lights.is_empty() || settings.bounce_rays == 0;
+    any.then_some(without).into_iter().chain((any && have_maps).then_some(with))
+}
+
+/// The pass of direct light by so many lights, some of which may have an extent, or shadow maps.
+fn direct_pass(lights: usize, have_extent: bool, have_maps: bool, settings: &Settings) -> &'static str {
+    let [all, many] = match (have_maps, have_extent) {
+        (true, _) => ["light_direct_maps", "light_direct_many_maps"],
+        (_, true) => ["light_direct_areas", "light_direct_many_areas"],
+        _ => ["light_direct", "light_direct_many"],
+    };
+    if are_many(lights, settings) { many } else { all }
 }
 
 /// The pass of bounce rays.

@@ -5,8 +5,8 @@ use crate::context::DebugView;
 use crate::frame::{Command, Frame};
 use crate::gpu::shared::{CompositePush, DebugPush, View, ViewPush};
 
-/// The irradiance of every pixel: by screen probes, or by each pixel's own rays.
-pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, output_float32: bool) {
+/// The irradiance of every pixel: by screen probes, or by each pixel's own rays. `watches`: the world has changed of late.
+pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, watches: bool, output_float32: bool) {
     frame.upload.push("view", &[*view]);
     let [x, y] = view.tiles;
     let push = ViewPush { frame_index };
@@ -25,20 +25,32 @@ pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, output_float32: 
         frame.dispatch("probe_trace", [x, y, 1], push);
     }
     let groups = [view.size[0].div_ceil(8), view.size[1].div_ceil(8), 1];
-    frame.dispatch(resolve_pass(view.near_field >= 0.0, output_float32), groups, push);
-    if view.pixel_rays == 0 {
-        frame.dispatch(if output_float32 { "disocclusion_float32" } else { "disocclusion" }, groups, push);
+    frame.dispatch(resolve_pass(view.near_field >= 0.0, watches, output_float32), groups, push);
+    // Without an average over time each frame stands for itself.
+    if view.pixel_rays == 0 && view.history_max > 1 {
+        frame.dispatch(disocclusion_pass(output_float32), groups, push);
     }
 }
 
 /// The pass that interpolates probes.
-pub fn resolve_pass(near_field: bool, output_float32: bool) -> &'static str {
-    match (near_field, output_float32) {
-        (true, false) => "resolve",
-        (true, true) => "resolve_float32",
-        (false, false) => "resolve_far",
-        (false, true) => "resolve_far_float32",
-    }
+fn resolve_pass(near_field: bool, watches: bool, output_float32: bool) -> &'static str {
+    let [half, float32] = match (near_field, watches) {
+        (true, false) => ["resolve", "resolve_float32"],
+        (true, true) => ["resolve_watching", "resolve_watching_float32"],
+        (false, false) => ["resolve_far", "resolve_far_float32"],
+        (false, true) => ["resolve_far_watching", "resolve_far_watching_float32"],
+    };
+    if output_float32 { float32 } else { half }
+}
+
+fn disocclusion_pass(output_float32: bool) -> &'static str {
+    if output_float32 { "disocclusion_float32" } else { "disocclusion" }
+}
+
+/// The passes that write an output of this format, whatever comes.
+pub fn output_passes(near_field: bool, output_float32: bool) -> [&'static str; 3] {
+    let [resting, watching] = [false, true].map(|watches| resolve_pass(near_field, watches, output_float32));
+    [resting, watching, disocclusion_pass(output_float32)]
 }
 
 /// What the output shows instead; goes after [`gather`].

@@ -78,6 +78,11 @@ impl Light {
         }
     }
 
+    /// Whether more than one direction comes from it.
+    pub(crate) fn has_extent(&self) -> bool {
+        matches!(self, Self::Sphere { .. } | Self::Rectangle { .. })
+    }
+
     /// Says what is not finite or out of range.
     pub(crate) fn check(&self) -> Result<(), &'static str> {
         let mut light = *self;

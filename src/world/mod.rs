@@ -32,6 +32,8 @@ use rustc_hash::FxHashMap;
 /// Bricks that arrive within some frames make a load, not something that moves about: so many, and a twentieth of the
 /// world.
 const LOADING_MIN: u32 = 4;
+/// Frames after the last change of an instance in which light may still change with it.
+const WATCHED_FRAMES: u32 = 64;
 /// Lighting sweeps a frame when the face budget allows: the more, the faster light travels.
 const SWEEPS_MAX: u32 = 4;
 
@@ -119,6 +121,8 @@ pub struct World {
     idle: usize,
     /// Frames since a large part of the world, or its lights, changed.
     steady_frames: u32,
+    /// In which views still look whether their averages lag behind.
+    watched_frames: u32,
     /// Nothing had changed for a while before.
     abrupt: bool,
     /// Bricks were left out for lack of memory, and the host has been told.
@@ -158,6 +162,7 @@ impl World {
             missing_in_view: 0,
             idle: 0,
             steady_frames: 0,
+            watched_frames: 0,
             abrupt: false,
             incomplete: false,
             crowded: false,
@@ -184,6 +189,10 @@ impl World {
         primitives.insert(&present, scene, grid, workers);
         present.iter().for_each(|id| touch(primitives.touched(*id)));
         left.into_iter().filter(|b| !self.primitives.holds(*b)).for_each(|b| self.table.forget(b));
+        // What has never been whole is averaged anew when it is.
+        if self.loads > 0 {
+            self.watched_frames = WATCHED_FRAMES;
+        }
     }
 
     /// Everything converges anew: the lights have changed.
@@ -203,6 +212,11 @@ impl World {
     /// Frames that a view's history may average: few while the world is changing.
     pub fn history_max(&self, settings: &Settings) -> u32 {
         settings.temporal_frames.min(self.steady_frames.max(if self.abrupt { 2 } else { 8 }))
+    }
+
+    /// Whether light may have changed, with what stands in its way, since views have averaged it.
+    pub fn watches(&self) -> bool {
+        self.watched_frames > 0
     }
 
     /// Bricks that the slot's last frame voxelises.
@@ -243,6 +257,7 @@ impl World {
         let fixed = self.fixed(scene);
         self.memory.check(&fixed)?;
         self.steady_frames = self.steady_frames.saturating_add(1);
+        self.watched_frames = self.watched_frames.saturating_sub(1);
         scope.upload_reserve = Memory::upload_reserve(self.table.resident(), fixed.lights);
         scope.upload_least = Memory::upload_least(fixed.lights);
         self.memory.fit_counters(scope)?;
