@@ -934,6 +934,18 @@ typedef struct BgiStats {
 /// settled one (red), or none (black).
 #define BGI_DEBUG_VIEW_PROBES 7
 
+/// What arrives at the face that a ray of the camera hits (irradiance, direct and indirect, in the lights' unit): what it
+/// sends out, its emission taken off, by its albedo. 0 where there is none, or no albedo.
+#define BGI_DEBUG_VIEW_IRRADIANCE 8
+
+/// The radiance map of each tile's screen probe, 8 x 8 hemi-octahedral directions about its normal: the root of the mean
+/// square of the luminance that came from there in some eight frames, in the lights' unit.
+#define BGI_DEBUG_VIEW_PROBE_RADIANCE 9
+
+/// How far the probes stand for the pixel, green, 0 to 1; red where none does and it shoots rays into the world's cache
+/// instead.
+#define BGI_DEBUG_VIEW_FALLBACK 10
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus

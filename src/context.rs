@@ -3,7 +3,8 @@
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::gpu::shared::{
-    DEBUG_ALBEDO, DEBUG_BRICKS, DEBUG_HISTORY, DEBUG_NORMALS, DEBUG_PROBES, DEBUG_RADIANCE, DEBUG_STEPS, PROBE_MASK,
+    DEBUG_ALBEDO, DEBUG_BRICKS, DEBUG_FALLBACK, DEBUG_HISTORY, DEBUG_IRRADIANCE, DEBUG_NORMALS, DEBUG_PROBE_RADIANCE,
+    DEBUG_PROBES, DEBUG_RADIANCE, DEBUG_STEPS, PROBE_MASK,
 };
 use crate::gpu::{Device, Pipelines, Player, Slot, Target};
 use crate::parallel::{ParallelFor, Workers};
@@ -79,12 +80,31 @@ pub enum DebugView {
     /// What the pixel's tile has: a screen probe of the last frame (green), one that looks in its turn (blue) or for want
     /// of a settled one (red), or none (black).
     Probes = DEBUG_PROBES,
+    /// What arrives at the face that a ray of the camera hits (irradiance, direct and indirect, in the lights' unit): what
+    /// it sends out, its emission taken off, by its albedo. 0 where there is none, or no albedo.
+    Irradiance = DEBUG_IRRADIANCE,
+    /// The radiance map of each tile's screen probe, 8 x 8 hemi-octahedral directions about its normal: the root of the
+    /// mean square of the luminance that came from there in some eight frames, in the lights' unit.
+    ProbeRadiance = DEBUG_PROBE_RADIANCE,
+    /// How far the probes stand for the pixel, green, 0 to 1; red where none does and it shoots rays into the world's
+    /// cache instead.
+    Fallback = DEBUG_FALLBACK,
 }
 
 impl DebugView {
     /// Every one.
-    pub const ALL: [Self; 7] =
-        [Self::Bricks, Self::Albedo, Self::Normals, Self::Radiance, Self::Steps, Self::History, Self::Probes];
+    pub const ALL: [Self; 10] = [
+        Self::Bricks,
+        Self::Albedo,
+        Self::Normals,
+        Self::Radiance,
+        Self::Steps,
+        Self::History,
+        Self::Probes,
+        Self::Irradiance,
+        Self::ProbeRadiance,
+        Self::Fallback,
+    ];
 }
 
 /// One frame's inputs and output for [`Context::dispatch`].

@@ -117,7 +117,7 @@ fn bad_pointers_structs_and_counts_are_refused() {
         ("dispatch: format", ARGUMENT, "outputformat", |b| {
             b.dispatch(|info| info.output_format = vk::Format::R8G8B8A8_UNORM)
         }),
-        ("dispatch: debug view", ARGUMENT, "debugview", |b| b.dispatch(|info| info.debug_view = 8)),
+        ("dispatch: debug view", ARGUMENT, "debugview", |b| b.dispatch(|info| info.debug_view = 11)),
         ("dispatch: half a composite", ARGUMENT, "albedo, direct and composite", |b| {
             b.dispatch(|info| info.albedo = vk::ImageView::from_raw(4))
         }),

@@ -2,7 +2,7 @@
 // their own steps as rays of the gather find them, which is not what the G-buffer shows.
 
 #import lib/hdda.wgsl
-#import lib/probes.wgsl
+#import lib/gather.wgsl
 
 struct DebugPush {
     // DEBUG_...
@@ -11,7 +11,7 @@ struct DebugPush {
 var<immediate> push: DebugPush;
 
 @res var<storage, read> history_out: array<u32>;
-@res var<storage, read> probes: array<vec4<f32>>;
+@res var<storage, read> lobes_out: array<u32>;
 @res var output_image: texture_storage_2d<rgba16float, write>;
 
 // Steps that are shown as white.
@@ -30,6 +30,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let tile = pixel / view.tile_size;
         let kind = u32(probes[(tile.y * view.tiles.x + tile.x) * 2u].w);
         color = vec3<f32>(vec3<u32>(kind) == vec3<u32>(PROBE_NEW, PROBE_CARRIED, PROBE_IN_TURN));
+    } else if shown == DEBUG_PROBE_RADIANCE {
+        color = vec3<f32>(probe_radiance(pixel));
+    } else if shown == DEBUG_FALLBACK {
+        let surface = load_surface(pixel);
+        let weight = gather_probes(pixel, surface, 0.0).weight;
+        color = select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, min(weight, 1.0), 0.0), weight > LEAST_WEIGHT);
+        if !surface.valid { color = vec3<f32>(0.0); }
     } else {
         // From the near plane on, which is finite.
         let near = pixel_position(pixel, 1.0 - view.clear_depth);
@@ -38,6 +45,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = show(shown, trace(start, direction, 1e6), direction);
     }
     textureStore(output_image, view.origin + pixel, vec4<f32>(min(color, vec3<f32>(65000.0)), 1.0));
+}
+
+// Luminance in the direction that the pixel stands for in the map of its tile's probe; 0: there is none.
+fn probe_radiance(pixel: vec2<u32>) -> f32 {
+    let tile = pixel / view.tile_size;
+    let index = tile.y * view.tiles.x + tile.x;
+    if u32(probes[index * 2u].w) == PROBE_NONE { return 0.0; }
+    let cell = (pixel - tile * view.tile_size) * 8u / view.tile_size;
+    let pair = unpack2x16float(lobes_out[index * LOBE_WORDS + cell.y * 4u + (cell.x >> 1u)]);
+    return select(pair.x, pair.y, (cell.x & 1u) == 1u);
 }
 
 fn show(shown: u32, hit: Hit, direction: vec3<f32>) -> vec3<f32> {
@@ -54,7 +71,13 @@ fn show(shown: u32, hit: Hit, direction: vec3<f32>) -> vec3<f32> {
     }
     // A cube may be hit on a side that it does not have.
     if !has_side(voxel, hit.side) { return vec3<f32>(0.0); }
-    if shown == DEBUG_ALBEDO { return voxel_albedo(voxel, hit.side); }
+    let albedo = voxel_albedo(voxel, hit.side);
+    if shown == DEBUG_ALBEDO { return albedo; }
+    if shown == DEBUG_IRRADIANCE {
+        var sent = hit_radiance(hit, direction);
+        if is_lit(voxel, hit.side) { sent -= voxel_emission(voxel, hit.side); }
+        return select(max(sent, vec3<f32>(0.0)) * (3.14159265 / max(albedo, vec3<f32>(1e-3))), vec3<f32>(0.0), albedo < vec3<f32>(1e-3));
+    }
     return voxel_plane(voxel, hit.side).normal * 0.5 + 0.5;
 }
 

@@ -62,6 +62,9 @@ const DEBUG_RADIANCE: u32 = 4u;
 const DEBUG_STEPS: u32 = 5u;
 const DEBUG_HISTORY: u32 = 6u;
 const DEBUG_PROBES: u32 = 7u;
+const DEBUG_IRRADIANCE: u32 = 8u;
+const DEBUG_PROBE_RADIANCE: u32 = 9u;
+const DEBUG_FALLBACK: u32 = 10u;
 // Kinds of light.
 const LIGHT_DIRECTIONAL: u32 = 0u;
 const LIGHT_POINT: u32 = 1u;

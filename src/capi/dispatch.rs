@@ -28,6 +28,15 @@ pub const BGI_DEBUG_VIEW_HISTORY: BgiDebugView = 6;
 /// What the pixel's tile has: a screen probe of the last frame (green), one that looks in its turn (blue) or for want of a
 /// settled one (red), or none (black).
 pub const BGI_DEBUG_VIEW_PROBES: BgiDebugView = 7;
+/// What arrives at the face that a ray of the camera hits (irradiance, direct and indirect, in the lights' unit): what it
+/// sends out, its emission taken off, by its albedo. 0 where there is none, or no albedo.
+pub const BGI_DEBUG_VIEW_IRRADIANCE: BgiDebugView = 8;
+/// The radiance map of each tile's screen probe, 8 x 8 hemi-octahedral directions about its normal: the root of the mean
+/// square of the luminance that came from there in some eight frames, in the lights' unit.
+pub const BGI_DEBUG_VIEW_PROBE_RADIANCE: BgiDebugView = 9;
+/// How far the probes stand for the pixel, green, 0 to 1; red where none does and it shoots rays into the world's cache
+/// instead.
+pub const BGI_DEBUG_VIEW_FALLBACK: BgiDebugView = 10;
 
 /// One view's frame. Every field but pNext, debugView, albedo, direct, composite, motion and motionScale is
 /// required.
@@ -110,6 +119,9 @@ fn debug_view(view: BgiDebugView) -> Result<Option<DebugView>, Failure> {
         BGI_DEBUG_VIEW_STEPS => DebugView::Steps,
         BGI_DEBUG_VIEW_HISTORY => DebugView::History,
         BGI_DEBUG_VIEW_PROBES => DebugView::Probes,
+        BGI_DEBUG_VIEW_IRRADIANCE => DebugView::Irradiance,
+        BGI_DEBUG_VIEW_PROBE_RADIANCE => DebugView::ProbeRadiance,
+        BGI_DEBUG_VIEW_FALLBACK => DebugView::Fallback,
         other => return Err(Failure::argument(format!("debugView is {other}"))),
     }))
 }

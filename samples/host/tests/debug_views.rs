@@ -49,16 +49,17 @@ fn rays_of_the_camera_find_what_it_sees() {
     let indirect = host.read_indirect().expect("E_ind");
     let (direct, albedo) = (host.direct().expect("E_direct"), host.read_albedo().expect("albedo"));
     let emission = host.read_emission().expect("emission");
-    let radiance = shown(&mut host, DebugView::Radiance);
+    let [radiance, irradiance] = [DebugView::Radiance, DebugView::Irradiance].map(|view| shown(&mut host, view));
     let pixels = (0..radiance.pixels.len()).filter(|i| emission.pixels[*i] == [0.0; 3]);
-    let (mut found, mut expected) = (0.0, 0.0);
+    let (mut found, mut expected) = ([0.0; 2], [0.0; 2]);
     for i in pixels {
-        let sent = std::array::from_fn(|c| albedo.pixels[i][c] * (direct.pixels[i][c] + indirect.pixels[i][c]));
-        expected += luminance(sent) / PI;
-        found += luminance(radiance.pixels[i]);
+        let arrives: [f32; 3] = std::array::from_fn(|c| direct.pixels[i][c] + indirect.pixels[i][c]);
+        let sent = std::array::from_fn(|c| albedo.pixels[i][c] * arrives[c]);
+        expected = [expected[0] + luminance(sent) / PI, expected[1] + luminance(arrives)];
+        found = [found[0] + luminance(radiance.pixels[i]), found[1] + luminance(irradiance.pixels[i])];
     }
-    println!("radiance {found:.3}, {expected:.3} expected");
-    assert!((found / expected - 1.0).abs() < 0.03);
+    println!("radiance and irradiance {found:.3?}, {expected:.3?} expected");
+    assert!(found.iter().zip(expected).all(|(found, expected)| (found / expected - 1.0).abs() < 0.03));
     assert_eq!(host.validation_messages(), Vec::<String>::new());
 }
 
@@ -83,6 +84,28 @@ fn other_views_show_something_and_disturb_nothing() {
     let kinds = [0, 1, 2].map(|k| probes.pixels.iter().filter(|p| p[k] == 1.0 && p.iter().sum::<f32>() == 1.0).count());
     println!("probes: {kinds:?} of {} pixels", probes.pixels.len());
     assert!(kinds[0] > 0 && kinds.iter().sum::<usize>() == probes.pixels.len(), "{kinds:?}");
+    // The mean of squares is more than the mean that makes the irradiance, and not much more in a room like this; but what
+    // is near, which pixels see for themselves, is left out.
+    let maps = shown(&mut host, DebugView::ProbeRadiance);
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (x, y) in (0..48).flat_map(|y| (0..96).map(move |x| (x, y))) {
+        let square = [x % 16, y % 16].map(|v| f64::from(v / 2) / 4.0 - 0.875);
+        let [u, v] = [square[0] + square[1], square[0] - square[1]].map(|sum| sum / 2.0);
+        let z = 1.0 - f64::abs(u) - f64::abs(v);
+        let weight = z / (u * u + v * v + z * z).powi(2);
+        sum += weight * f64::from(maps.at(x, y)[0]);
+        weights += weight;
+    }
+    let mean = before.pixels.iter().map(|p| luminance(*p)).sum::<f64>() / before.pixels.len() as f64;
+    let ratio = sum / weights / (mean / PI);
+    println!("probes' radiance is {ratio:.3} of what makes the irradiance");
+    assert!((0.8..1.3).contains(&ratio), "{ratio}");
+    // Six tiles by three: strips of wall beside the boxes, narrower than a tile, are without, and few else.
+    let fallback = shown(&mut host, DebugView::Fallback);
+    let red = fallback.pixels.iter().filter(|p| **p == [1.0, 0.0, 0.0]).count();
+    let green = fallback.pixels.iter().map(|p| f64::from(p[1])).sum::<f64>() / fallback.pixels.len() as f64;
+    println!("{red} pixels without probes, weight {green:.3}");
+    assert!(red > 0 && red * 4 < fallback.pixels.len() && green > 0.1, "{red}, {green}");
     host.frame().expect("a frame");
     let after = host.read_indirect().expect("E_ind");
     let sum = |image: &Image| image.pixels.iter().map(|p| luminance(*p)).sum::<f64>();

@@ -92,7 +92,8 @@ pub struct Args {
     /// Whether brickgi is given motion vectors
     #[arg(long, default_value_t = true, action = clap::ArgAction::Set)]
     pub motion: bool,
-    /// Write debug_<what>.png too: bricks, albedo, normals, radiance, steps and history, as the camera's rays find them
+    /// Write debug_<what>.png and .exr too: bricks, albedo, normals, radiance, irradiance and steps, as the camera's rays find
+    /// them; history, probes, their radiance, and where none stands for a pixel
     #[arg(long)]
     pub debug_views: bool,
     /// Command buffers on the GPU at once

@@ -115,18 +115,21 @@ fn write_images(host: &mut Host, indirect: &Image, reference: Option<&Reference>
     Ok(indirect.write_exr(&out.join("indirect.exr"))?)
 }
 
-/// A picture of what each debug view shows in a frame of its own.
+/// What each debug view shows in a frame of its own, as a picture and as numbers.
 fn write_debug_views(host: &mut Host, out: &Path) -> Result<()> {
     for view in DebugView::ALL {
         host.show(Some(view));
         host.frame()?;
         let shown = host.read_indirect()?;
         let picture = match view {
-            DebugView::Radiance => tonemap::develop(&shown, tonemap::exposure(&shown)),
+            DebugView::Radiance | DebugView::Irradiance | DebugView::ProbeRadiance => {
+                tonemap::develop(&shown, tonemap::exposure(&shown))
+            }
             _ => tonemap::plain(&shown),
         };
         let file = out.join(format!("debug_{}.png", format!("{view:?}").to_lowercase()));
         picture.save(&file).with_context(|| format!("cannot write {}", file.display()))?;
+        shown.write_exr(&file.with_extension("exr"))?;
     }
     host.show(None);
     Ok(())

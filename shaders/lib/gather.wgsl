@@ -1,0 +1,65 @@
+// What the screen probes around a pixel say of its irradiance.
+
+#import lib/probes.wgsl
+
+@res var<storage, read> probes: array<vec4<f32>>;
+@res var<storage, read> probe_irradiance: array<vec4<f32>>;
+
+// With which probes stand for a pixel.
+const LEAST_WEIGHT: f32 = 1e-3;
+
+// What the probes around a pixel say.
+struct Gathered {
+    // Of weighted irradiance and the share of directions it was seen in.
+    sum: vec4<f32>,
+    weight: f32,
+    // One of the probes, drawn in proportion to its weight.
+    guide: u32,
+}
+
+// The four probes around a pixel, weighted by distance on screen, plane distance and normal. `draw`: evenly in [0, 1).
+fn gather_probes(pixel: vec2<u32>, surface: Surface, draw: f32) -> Gathered {
+    let place = (vec2<f32>(pixel) + 0.5) / f32(view.tile_size) - 0.5;
+    let corner = floor(place);
+    let distance = length(surface.position);
+    var gathered = Gathered();
+    var rest = draw;
+    for (var k = 0u; k < 4u; k++) {
+        let offset = vec2<u32>(k & 1u, k >> 1u);
+        let tile = clamp(vec2<i32>(corner) + vec2<i32>(offset), vec2<i32>(0), vec2<i32>(view.tiles) - 1);
+        let index = u32(tile.y) * view.tiles.x + u32(tile.x);
+        let probe = probes[index * 2u];
+        if probe.w == 0.0 { continue; }
+        let facet = probes[index * 2u + 1u];
+        let normal = facet.xyz;
+        let bits = bitcast<u32>(facet.w);
+        let apart = (vec2<f32>(pixel) - vec2<f32>(vec2<u32>(bits & 0xffffu, bits >> 16u))) / (0.3 * f32(view.tile_size));
+        let near = exp2(-dot(apart, apart)) + 0.004;
+        let weight = near * likeness(surface, Surface(true, probe.xyz, normal), distance);
+        // It may underflow.
+        if weight <= 0.0 { continue; }
+        gathered.sum += probe_normal_irradiance(index, normal, surface.normal) * weight;
+        gathered.weight += weight;
+        // Reservoir of one: what is left of the draw serves the next.
+        let share = weight / gathered.weight;
+        if rest < share {
+            gathered.guide = index;
+            rest /= share;
+        } else {
+            rest = (rest - share) / (1.0 - share);
+        }
+    }
+    return gathered;
+}
+
+// Bilinear look-up in a probe's 3 x 3 irradiance map.
+fn probe_normal_irradiance(index: u32, probe_normal: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
+    let square = hemi_square(normal * basis(probe_normal));
+    let place = clamp((square - 0.25) * 4.0, vec2<f32>(0.0), vec2<f32>(2.0));
+    let corner = min(vec2<u32>(place), vec2<u32>(1u));
+    let part = place - vec2<f32>(corner);
+    let first = index * 9u + corner.y * 3u + corner.x;
+    let low = mix(probe_irradiance[first], probe_irradiance[first + 1u], part.x);
+    let high = mix(probe_irradiance[first + 3u], probe_irradiance[first + 4u], part.x);
+    return mix(low, high, part.y);
+}
