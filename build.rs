@@ -20,6 +20,8 @@ const FLOAT32: Change = ("rgba16float", "rgba32float");
 const FAR: Change = ("const NEAR_FIELD: bool = true;", "const NEAR_FIELD: bool = false;");
 /// The world has changed of late.
 const WATCHING: Change = ("const WATCHES: bool = false;", "const WATCHES: bool = true;");
+/// Probes for what those of the first layer do not stand for.
+const SECOND_LAYER: Change = ("const ADAPTS: bool = false;", "const ADAPTS: bool = true;");
 /// What rays find has not bounced before.
 const ONCE: Change =
     ("e += hit_radiance(hit, direction);", "e += sent_directly(hit, start.xyz, direction, face.seed, index);");
@@ -37,6 +39,7 @@ const PERMUTATIONS: &[(&str, &str, &[Change])] = &[
     ("resolve", "resolve_watching_float32", &[WATCHING, FLOAT32]),
     ("resolve", "resolve_far_watching", &[FAR, WATCHING]),
     ("resolve", "resolve_far_watching_float32", &[FAR, WATCHING, FLOAT32]),
+    ("probe_place", "probe_adapt", &[SECOND_LAYER]),
     ("disocclusion", "disocclusion_float32", &[FLOAT32]),
     ("debug_view", "debug_view_float32", &[FLOAT32]),
     ("composite", "composite_float32", &[FLOAT32]),

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::gpu::shared::{
     DEBUG_ALBEDO, DEBUG_BRICKS, DEBUG_FALLBACK, DEBUG_HISTORY, DEBUG_IRRADIANCE, DEBUG_NORMALS, DEBUG_PROBE_RADIANCE,
-    DEBUG_PROBES, DEBUG_RADIANCE, DEBUG_STEPS, PROBE_MASK,
+    DEBUG_PROBES, DEBUG_RADIANCE, DEBUG_STEPS, PROBE_LAYERS, PROBE_MASK,
 };
 use crate::gpu::{Device, Pipelines, Player, Slot, Target};
 use crate::parallel::{ParallelFor, Workers};
@@ -411,8 +411,8 @@ impl Context {
             return Err(Error::invalid("a view's sides must be 1 to 16384"));
         }
         let limit = u64::from(self.device.limits.max_storage_buffer_range);
-        let probes =
-            u64::from(width.div_ceil(self.settings.probe_tile)) * u64::from(height.div_ceil(self.settings.probe_tile));
+        let [x, y] = [width, height].map(|side| u64::from(side.div_ceil(self.settings.probe_tile)));
+        let probes = u64::from(PROBE_LAYERS) * x * y;
         if history_bytes(UVec2::new(width, height)) > limit || probes * 144 > limit || probes > u64::from(PROBE_MASK) {
             return Err(Error::invalid(
                 "the view has more pixels or probes than the device's buffers and dispatches hold",

@@ -2,7 +2,7 @@
 
 use crate::context::{Composite, FrameInputs, ResourceSize};
 use crate::error::{Error, Result};
-use crate::gpu::shared::{LOBE_WORDS, NEAR_VOXELS, View as ViewUniform};
+use crate::gpu::shared::{LOBE_WORDS, NEAR_VOXELS, PROBE_LAYERS, View as ViewUniform};
 use crate::gpu::{Bound, Buffer, Device, Location};
 use crate::scene::Camera;
 use ash::vk;
@@ -44,7 +44,7 @@ pub struct View {
 impl View {
     pub fn new(device: &Device, size: UVec2, tile: u32) -> Result<Self> {
         let tiles = size.map(|s| s.div_ceil(tile));
-        let probes = u64::from(tiles.x) * u64::from(tiles.y);
+        let probes = u64::from(PROBE_LAYERS) * u64::from(tiles.x) * u64::from(tiles.y);
         let lobes = probes * 4 * u64::from(LOBE_WORDS);
         let pairs = [history_bytes(size), lobes, probes * 32, probes * 16, probes * 144];
         let sizes = pairs.into_iter().flat_map(|bytes| [bytes; 2]).chain([probes * 4]);

@@ -1,8 +1,7 @@
-// What the screen probes around a pixel say of its irradiance.
+// What the screen probes around a pixel say of its irradiance. Whoever imports this declares `probes`.
 
 #import lib/probes.wgsl
 
-@res var<storage, read> probes: array<vec4<f32>>;
 @res var<storage, read> probe_irradiance: array<vec4<f32>>;
 
 // With which probes stand for a pixel.
@@ -17,28 +16,18 @@ struct Gathered {
     guide: u32,
 }
 
-// The four probes around a pixel, weighted by distance on screen, plane distance and normal. `draw`: evenly in [0, 1).
+// The probes of the four tiles around a pixel, of both layers, weighted by distance on screen, plane distance and normal.
+// `draw`: evenly in [0, 1).
 fn gather_probes(pixel: vec2<u32>, surface: Surface, draw: f32) -> Gathered {
-    let place = (vec2<f32>(pixel) + 0.5) / f32(view.tile_size) - 0.5;
-    let corner = floor(place);
     let distance = length(surface.position);
     var gathered = Gathered();
     var rest = draw;
-    for (var k = 0u; k < 4u; k++) {
-        let offset = vec2<u32>(k & 1u, k >> 1u);
-        let tile = clamp(vec2<i32>(corner) + vec2<i32>(offset), vec2<i32>(0), vec2<i32>(view.tiles) - 1);
-        let index = u32(tile.y) * view.tiles.x + u32(tile.x);
-        let probe = probes[index * 2u];
-        if probe.w == 0.0 { continue; }
-        let facet = probes[index * 2u + 1u];
-        let normal = facet.xyz;
-        let bits = bitcast<u32>(facet.w);
-        let apart = (vec2<f32>(pixel) - vec2<f32>(vec2<u32>(bits & 0xffffu, bits >> 16u))) / (0.3 * f32(view.tile_size));
-        let near = exp2(-dot(apart, apart)) + 0.004;
-        let weight = near * likeness(surface, Surface(true, probe.xyz, normal), distance);
+    for (var k = 0u; k < 4u * PROBE_LAYERS; k++) {
+        let index = probe_around(pixel, k);
+        let weight = probe_weight(pixel, surface, distance, index);
         // It may underflow.
         if weight <= 0.0 { continue; }
-        gathered.sum += probe_normal_irradiance(index, normal, surface.normal) * weight;
+        gathered.sum += probe_normal_irradiance(index, probes[index * 2u + 1u].xyz, surface.normal) * weight;
         gathered.weight += weight;
         // Reservoir of one: what is left of the draw serves the next.
         let share = weight / gathered.weight;
@@ -50,6 +39,25 @@ fn gather_probes(pixel: vec2<u32>, surface: Surface, draw: f32) -> Gathered {
         }
     }
     return gathered;
+}
+
+// Place of one of the probes of the four tiles around a pixel, layer by layer.
+fn probe_around(pixel: vec2<u32>, k: u32) -> u32 {
+    let corner = floor((vec2<f32>(pixel) + 0.5) / f32(view.tile_size) - 0.5);
+    let offset = vec2<i32>(vec2<u32>(k & 1u, (k >> 1u) & 1u));
+    let tile = vec2<u32>(clamp(vec2<i32>(corner) + offset, vec2<i32>(0), vec2<i32>(view.tiles) - 1));
+    return probe_index(tile, k >> 2u);
+}
+
+// How far a probe stands for a pixel's surface, `distance` from the camera; 0: it does not, or there is none.
+fn probe_weight(pixel: vec2<u32>, surface: Surface, distance: f32, index: u32) -> f32 {
+    let probe = probes[index * 2u];
+    if u32(probe.w) == PROBE_NONE { return 0.0; }
+    let facet = probes[index * 2u + 1u];
+    let bits = bitcast<u32>(facet.w);
+    let apart = (vec2<f32>(pixel) - vec2<f32>(vec2<u32>(bits & 0xffffu, bits >> 16u))) / (0.3 * f32(view.tile_size));
+    let near = exp2(-dot(apart, apart)) + 0.004;
+    return near * likeness(surface, Surface(true, probe.xyz, facet.xyz), distance);
 }
 
 // Bilinear look-up in a probe's 3 x 3 irradiance map.

@@ -1,4 +1,4 @@
-// Screen probes: one a tile, on a pixel's surface, with an 8 x 8 hemi-octahedral map of radiance about its normal.
+// Screen probes: one a tile, and in a second layer one more where that does not stand for all of it, on a pixel's surface, with an 8 x 8 hemi-octahedral map of radiance about its normal.
 
 #import shared/view.wgsl
 #import lib/random.wgsl
@@ -12,6 +12,16 @@
 
 fn luminance(color: vec3<f32>) -> f32 {
     return dot(color, vec3<f32>(0.2126, 0.7152, 0.0722));
+}
+
+fn probe_index(tile: vec2<u32>, layer: u32) -> u32 {
+    return (layer * view.tiles.y + tile.y) * view.tiles.x + tile.x;
+}
+
+// Tiles that the last frame had.
+fn previous_tiles() -> vec2<u32> {
+    let size = vec2<u32>(view.previous_size & 0xffffu, view.previous_size >> 16u);
+    return (size + view.tile_size - 1u) / view.tile_size;
 }
 
 // A pixel's surface.

@@ -11,6 +11,7 @@ struct DebugPush {
 var<immediate> push: DebugPush;
 
 @res var<storage, read> history_out: array<u32>;
+@res var<storage, read> probes: array<vec4<f32>>;
 @res var<storage, read> lobes_out: array<u32>;
 @res var output_image: texture_storage_2d<rgba16float, write>;
 

@@ -1,4 +1,4 @@
-// Copies what the probes have found that tiles keep. One workgroup a tile.
+// Copies what the probes have found that tiles keep. One workgroup a tile and layer.
 
 #import lib/probes.wgsl
 
@@ -18,7 +18,7 @@ var<immediate> push: ViewPush;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
-    let index = group.y * view.tiles.x + group.x;
+    let index = probe_index(group.xy, group.z);
     if u32(probes[index * 2u].w) != PROBE_CARRIED { return; }
     let source = probe_claims[index] & PROBE_MASK;
     if thread < LOBE_WORDS { lobes_out[index * LOBE_WORDS + thread] = lobes_in[source * LOBE_WORDS + thread]; }

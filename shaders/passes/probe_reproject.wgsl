@@ -11,14 +11,13 @@ struct ViewPush {
 var<immediate> push: ViewPush;
 
 @res var<storage, read> probes_in: array<vec4<f32>>;
-// Of each tile: the nearness of what has come (see `PROBE_MASK`) and the probe's index; 0: nothing has.
+// Of each tile and layer: the nearness of what has come (see `PROBE_MASK`) and the probe's index; 0: nothing has.
 @res var<storage, read_write> probe_claims: array<atomic<u32>>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let size = vec2<u32>(view.previous_size & 0xffffu, view.previous_size >> 16u);
-    let tiles = (size + view.tile_size - 1u) / view.tile_size;
-    if id.x >= tiles.x * tiles.y { return; }
+    let tiles = previous_tiles();
+    if id.x >= PROBE_LAYERS * tiles.x * tiles.y { return; }
     let old = probes_in[id.x * 2u];
     if u32(old.w) == PROBE_NONE { return; }
     let position = old.xyz + view.camera_delta;
@@ -33,6 +32,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let distance = length(followed.surface.position);
     // Positive floats are ordered as their bits are: eight of the exponent and four below it.
     let nearness = (bitcast<u32>(1.0 / max(distance, 1e-6)) << 1u) & ~PROBE_MASK;
-    let others = atomicMax(&probe_claims[tile.y * view.tiles.x + tile.x], nearness | id.x);
+    let layer = id.x / (tiles.x * tiles.y);
+    let others = atomicMax(&probe_claims[probe_index(tile, layer)], nearness | id.x);
     atomicAdd(&counters[select(2u, 1u, others == 0u)], 1u);
 }

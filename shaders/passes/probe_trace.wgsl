@@ -50,7 +50,7 @@ var<workgroup> chosen: u32;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
-    let index = group.y * view.tiles.x + group.x;
+    let index = probe_index(group.xy, group.z);
     let place = probes[index * 2u];
     let kind = u32(place.w);
     if kind == PROBE_CARRIED { return; }
@@ -64,7 +64,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
 
     // The density of each cell.
     let middle = cell_direction(thread, vec2<f32>(0.5));
-    let lobe = old_lobe(index, place.xyz, to_world * middle.xyz);
+    let lobe = old_lobe(group.z, place.xyz, to_world * middle.xyz);
     // Normals that lean away from the probe's see more of the horizon.
     shares[thread] = vec2<f32>(middle.z + 0.2, lobe * middle.z) * middle.w;
     workgroupBarrier();
@@ -130,16 +130,18 @@ fn density_of(cell: u32, lopsided: vec2<f32>) -> f32 {
     return max(dot(shares[cell], lopsided), 1e-9);
 }
 
-// What came from a direction in the last frame: of the probe of the tile that the surface was in, or of this tile's.
-fn old_lobe(index: u32, position: vec3<f32>, direction: vec3<f32>) -> f32 {
-    if at_run_time(view.history_valid, index) == 0u { return 0.0; }
+// What came from a direction in the last frame: of the probe of the tile that the surface was in, and of this layer if it had
+// one.
+fn old_lobe(layer: u32, position: vec3<f32>, direction: vec3<f32>) -> f32 {
+    if at_run_time(view.history_valid, layer) == 0u { return 0.0; }
     let clip = view.previous_clip * vec4<f32>(position, 1.0);
     let size = vec2<u32>(view.previous_size & 0xffffu, view.previous_size >> 16u);
-    let tiles = (size + view.tile_size - 1u) / view.tile_size;
+    let tiles = previous_tiles();
     let pixel = vec2<i32>(floor((clip.xy / max(clip.w, 1e-6) * 0.5 + 0.5) * vec2<f32>(size)));
     if clip.w <= 0.0 || any(pixel < vec2<i32>(0)) || any(pixel >= vec2<i32>(size)) { return 0.0; }
     let tile = vec2<u32>(pixel) / view.tile_size;
-    let first = (tile.y * tiles.x + tile.x) * LOBE_WORDS;
+    var first = ((layer * tiles.y + tile.y) * tiles.x + tile.x) * LOBE_WORDS;
+    if lobes_in[first + 33u] == NONE { first = (tile.y * tiles.x + tile.x) * LOBE_WORDS; }
     let packed = lobes_in[first + 33u];
     if packed == NONE { return 0.0; }
     let normal = vec3<f32>(unpack2x16snorm(lobes_in[first + 32u]), unpack2x16snorm(packed).x);

@@ -13,6 +13,7 @@ struct ViewPush {
 }
 var<immediate> push: ViewPush;
 
+@res var<storage, read> probes: array<vec4<f32>>;
 @res var<storage, read> probe_guides: array<vec4<f32>>;
 // As `history_in`.
 @res var<storage, read_write> history_out: array<u32>;

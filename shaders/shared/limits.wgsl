@@ -52,6 +52,8 @@ const PROBE_NONE: u32 = 0u;
 const PROBE_CARRIED: u32 = 1u;
 const PROBE_NEW: u32 = 2u;
 const PROBE_IN_TURN: u32 = 3u;
+// Layers of screen probes.
+const PROBE_LAYERS: u32 = 2u;
 // Bits of a probe's index in what it claims a tile with.
 const PROBE_MASK: u32 = 0xfffffu;
 // What a debug view shows.

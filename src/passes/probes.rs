@@ -1,9 +1,9 @@
-//! Groups "probes" and "resolve": `probe_reproject`, `probe_place`, `probe_carry`, `probe_trace`, `resolve`, `disocclusion`,
-//! `debug_view`, `composite`.
+//! Groups "probes" and "resolve": `probe_reproject`, `probe_place`, `probe_adapt`, `probe_carry`, `probe_trace`, `resolve`,
+//! `disocclusion`, `debug_view`, `composite`.
 
 use crate::context::DebugView;
 use crate::frame::{Command, Frame};
-use crate::gpu::shared::{CompositePush, DebugPush, View, ViewPush};
+use crate::gpu::shared::{CompositePush, DebugPush, PROBE_LAYERS, View, ViewPush};
 
 /// The irradiance of every pixel: by screen probes, or by each pixel's own rays. `watches`: the world has changed of late.
 pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, watches: bool, output_float32: bool) {
@@ -16,13 +16,15 @@ pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, watches: bool, o
         if has_past {
             let previous = [view.previous_size & 0xffff, view.previous_size >> 16];
             let probes: u32 = previous.map(|side| side.div_ceil(view.tile_size)).iter().product();
-            frame.dispatch("probe_reproject", [probes.div_ceil(64), 1, 1], push);
+            frame.dispatch("probe_reproject", [(PROBE_LAYERS * probes).div_ceil(64), 1, 1], push);
         }
-        frame.dispatch("probe_place", [(x * y).div_ceil(64), 1, 1], push);
+        for pass in ["probe_place", "probe_adapt"] {
+            frame.dispatch(pass, [(x * y).div_ceil(64), 1, 1], push);
+        }
         if has_past {
-            frame.dispatch("probe_carry", [x, y, 1], push);
+            frame.dispatch("probe_carry", [x, y, PROBE_LAYERS], push);
         }
-        frame.dispatch("probe_trace", [x, y, 1], push);
+        frame.dispatch("probe_trace", [x, y, PROBE_LAYERS], push);
     }
     let groups = [view.size[0].div_ceil(8), view.size[1].div_ceil(8), 1];
     frame.dispatch(resolve_pass(view.near_field >= 0.0, watches, output_float32), groups, push);

@@ -100,12 +100,12 @@ fn other_views_show_something_and_disturb_nothing() {
     let ratio = sum / weights / (mean / PI);
     println!("probes' radiance is {ratio:.3} of what makes the irradiance");
     assert!((0.8..1.3).contains(&ratio), "{ratio}");
-    // Six tiles by three: strips of wall beside the boxes, narrower than a tile, are without, and few else.
+    // Few pixels are without probes, also in strips beside the boxes that are narrower than a tile.
     let fallback = shown(&mut host, DebugView::Fallback);
     let red = fallback.pixels.iter().filter(|p| **p == [1.0, 0.0, 0.0]).count();
     let green = fallback.pixels.iter().map(|p| f64::from(p[1])).sum::<f64>() / fallback.pixels.len() as f64;
     println!("{red} pixels without probes, weight {green:.3}");
-    assert!(red > 0 && red * 4 < fallback.pixels.len() && green > 0.1, "{red}, {green}");
+    assert!(red * 20 < fallback.pixels.len() && green > 0.1, "{red}, {green}");
     host.frame().expect("a frame");
     let after = host.read_indirect().expect("E_ind");
     let sum = |image: &Image| image.pixels.iter().map(|p| luminance(*p)).sum::<f64>();
