@@ -176,6 +176,10 @@ typedef struct BgiSettings {
     /// shadows. Up to two short rays a pixel, the larger part of what the gather costs. 0: it takes what probes say.
     /// Default 1.
     uint32_t nearField;
+    /// Screen probes of a view that look in a frame at most, 64 rays each, 0 to 1 048 576. Where more want to, tiles that would
+    /// have no probe come first, and what is put off keeps what it saw before; pixels without a probe take those of tiles
+    /// around. A 256th of them more may look, so that each comes to its turn. 0: no limit; the default.
+    uint32_t probesPerFrame;
 } BgiSettings;
 
 /// Severity of a log line: one of BGI_LOG_*.

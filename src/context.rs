@@ -503,6 +503,7 @@ impl Context {
             pixel_rays: self.settings.pixel_rays,
             // The reference for probes looks always.
             gather_interval: if self.settings.pixel_rays == 0 { self.settings.gather_interval } else { 1 },
+            probes_per_frame: self.settings.probes_per_frame,
             near_field: self.settings.near_field,
             watches: self.world.watches(),
             motion_scale: inputs.motion.map(|motion| motion.scale.into()),

@@ -19,7 +19,7 @@
 //! |---|---|
 //! | bricks | `brick_compact`, `brick_commit`, `grid_update`, `voxel_mark`, `voxelize`, `face_resolve` |
 //! | lighting | `face_compact`, then `light_direct`, `light_bounce`, `light_store` for each sweep |
-//! | probes | `probe_reproject`, `probe_place`, `probe_adapt`, `probe_carry`, `probe_trace` |
+//! | probes | `probe_reproject`, `probe_place`, `probe_adapt`, `probe_ration`, `probe_mips`, `probe_carry`, `probe_trace` |
 //! | resolve | `resolve`, `disocclusion`, `composite` |
 //!
 //! ## The folders

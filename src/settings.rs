@@ -72,6 +72,10 @@ pub struct Settings {
     /// Frames in which a screen probe that has been carried along, and a pixel that has been seen for long, look once: 1, 2
     /// or 4; default 4, one of each two by two. What has not been seen for long looks in every frame.
     pub gather_interval: u32,
+    /// Screen probes of a view that look in a frame at most, 64 rays each, 0 to 1 048 576; default 0: no limit. Where more
+    /// want to, tiles that would have no probe come first, and what is put off keeps what it saw before; pixels without a
+    /// probe take those of tiles around. A 256th of them more may look, so that each comes to its turn.
+    pub probes_per_frame: u32,
     /// Whether each pixel looks for what stands within two voxels of it, and for what hides its probes' light within 16:
     /// contact shadows; default true. Up to two short rays a pixel, the larger part of what the gather costs.
     pub near_field: bool,
@@ -104,6 +108,7 @@ impl Default for Settings {
             hit_model: HitModel::Plane,
             probe_tile: 16,
             gather_interval: 4,
+            probes_per_frame: 0,
             near_field: true,
             temporal_frames: 256,
             pixel_rays: 0,
@@ -151,6 +156,7 @@ impl Settings {
         in_range((1..=4096).contains(&self.direct_lights), "direct_lights must be 1 to 4096")?;
         in_range(matches!(self.probe_tile, 8 | 16 | 32), "probe_tile must be 8, 16 or 32")?;
         in_range(matches!(self.gather_interval, 1 | 2 | 4), "gather_interval must be 1, 2 or 4")?;
+        in_range(self.probes_per_frame <= 1 << 20, "probes_per_frame must be 0 to 1048576")?;
         in_range((1..=1024).contains(&self.temporal_frames), "temporal_frames must be 1 to 1024")?;
         in_range(self.pixel_rays <= 1024, "pixel_rays must be 0 to 1024")
     }

@@ -2,8 +2,9 @@
 
 use crate::context::{Composite, FrameInputs, ResourceSize};
 use crate::error::{Error, Result};
-use crate::gpu::shared::{LOBE_WORDS, NEAR_VOXELS, PROBE_LAYERS, View as ViewUniform};
+use crate::gpu::shared::{LOBE_WORDS, NEAR_VOXELS, PROBE_LAYERS, PROBE_NEEDS, PROBE_RANKS, View as ViewUniform};
 use crate::gpu::{Bound, Buffer, Device, Location};
+use crate::passes::probes::mip_cells;
 use crate::scene::Camera;
 use ash::vk;
 use glam::{DMat4, DVec2, DVec3, Mat4, UVec2, Vec2};
@@ -46,8 +47,10 @@ impl View {
         let tiles = size.map(|s| s.div_ceil(tile));
         let probes = u64::from(PROBE_LAYERS) * u64::from(tiles.x) * u64::from(tiles.y);
         let lobes = probes * 4 * u64::from(LOBE_WORDS);
-        let pairs = [history_bytes(size), lobes, probes * 32, probes * 16, probes * 144];
-        let sizes = pairs.into_iter().flat_map(|bytes| [bytes; 2]).chain([probes * 4]);
+        let placed = probes * 32 + 16 * u64::from(mip_cells(tiles));
+        let pairs = [history_bytes(size), lobes, placed, probes * 16, probes * 144];
+        let claims = 4 * (probes + u64::from(PROBE_NEEDS * PROBE_RANKS));
+        let sizes = pairs.into_iter().flat_map(|bytes| [bytes; 2]).chain([claims]);
         let mut view = Self {
             size,
             buffers: Vec::new(),
@@ -96,6 +99,7 @@ impl View {
             history_max: frame.history_max,
             pixel_rays: frame.pixel_rays,
             gather_interval: frame.gather_interval,
+            probes_per_frame: frame.probes_per_frame,
             near_field: if frame.near_field { NEAR_VOXELS } else { -1.0 },
             has_motion: frame.motion_scale.is_some().into(),
             motion_scale: (frame.motion_scale.unwrap_or_default() / size.as_vec2()).to_array(),
@@ -186,6 +190,7 @@ pub struct FrameShape {
     pub loads: u32,
     pub pixel_rays: u32,
     pub gather_interval: u32,
+    pub probes_per_frame: u32,
     pub near_field: bool,
     /// The world has changed of late.
     pub watches: bool,

@@ -55,7 +55,7 @@ fn every_struct_lies_in_c_as_it_does_in_rust() {
             s_type, p_next, voxel_size, grid_offset, coverage_groups, voxelize_bricks_per_frame, memory_budget,
             light_faces_per_frame, bounce_rays, direct_samples, hit_model, probe_tile, temporal_frames, pixel_rays,
             voxelize_ms, region_culling, simplify_voxels, direct_lights, single_bounce, gather_interval,
-            near_field,
+            near_field, probes_per_frame,
         }
         BgiContextCreateInfo {
             s_type, p_next, abi_version, frames_in_flight, get_instance_proc_addr, instance, physical_device, device,

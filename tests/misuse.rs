@@ -53,6 +53,9 @@ fn bad_pointers_structs_and_counts_are_refused() {
         ("settings: region culling", ARGUMENT, "regionculling", |b| {
             b.create_with(|settings| settings.region_culling = 2)
         }),
+        ("settings: probes a frame", ARGUMENT, "probes_per_frame", |b| {
+            b.create_with(|settings| settings.probes_per_frame = (1 << 20) + 1)
+        }),
         ("settings: interval", ARGUMENT, "gather_interval", |b| b.create_with(|settings| settings.gather_interval = 3)),
         ("settings: near field", ARGUMENT, "nearfield", |b| b.create_with(|settings| settings.near_field = 2)),
         ("settings: hit model", ARGUMENT, "hitmodel", |b| b.create_with(|settings| settings.hit_model = 7)),

@@ -6,6 +6,8 @@
 
 // With which probes stand for a pixel.
 const LEAST_WEIGHT: f32 = 1e-3;
+// Weight of one that stands far off on the same plane.
+const FAR_WEIGHT: f32 = 0.004;
 
 // What the probes around a pixel say.
 struct Gathered {
@@ -16,8 +18,8 @@ struct Gathered {
     guide: u32,
 }
 
-// The probes of the four tiles around a pixel, of both layers, weighted by distance on screen, plane distance and normal.
-// `draw`: evenly in [0, 1).
+// The probes of the four tiles around a pixel, of both layers, weighted by distance on screen, plane distance and normal;
+// where none of them stands for it, those of more and more tiles. `draw`: evenly in [0, 1).
 fn gather_probes(pixel: vec2<u32>, surface: Surface, draw: f32) -> Gathered {
     let distance = length(surface.position);
     var gathered = Gathered();
@@ -38,6 +40,34 @@ fn gather_probes(pixel: vec2<u32>, surface: Surface, draw: f32) -> Gathered {
             rest = (rest - share) / (1.0 - share);
         }
     }
+    for (var level = 1u; level <= PROBE_MIPS && gathered.weight <= LEAST_WEIGHT; level++) {
+        gathered = gather_mip(pixel, surface, level, draw);
+    }
+    return gathered;
+}
+
+// As above, of what a level of mips names around the pixel.
+fn gather_mip(pixel: vec2<u32>, surface: Surface, level: u32, draw: f32) -> Gathered {
+    let corner = floor((vec2<f32>(pixel) + 0.5) / f32(view.tile_size << level) - 0.5);
+    let distance = length(surface.position);
+    let cells = mip_cells(level);
+    let start = mip_start(level);
+    var gathered = Gathered();
+    for (var k = 0u; k < 4u; k++) {
+        let offset = vec2<i32>(vec2<u32>(k & 1u, k >> 1u));
+        let cell = vec2<u32>(clamp(vec2<i32>(corner) + offset, vec2<i32>(0), vec2<i32>(cells) - 1));
+        let named = vec4<u32>(probes[start + cell.y * cells.x + cell.x]);
+        for (var quarter = 0u; quarter < 4u; quarter++) {
+            if named[quarter] == 0u { continue; }
+            let index = named[quarter] - 1u;
+            let normal = probes[index * 2u + 1u].xyz;
+            let weight = FAR_WEIGHT * likeness(surface, Surface(true, probes[index * 2u].xyz, normal), distance);
+            if weight <= 0.0 { continue; }
+            gathered.sum += probe_normal_irradiance(index, normal, surface.normal) * weight;
+            gathered.weight += weight;
+            if fract(draw + 0.618034 * f32(4u * k + quarter)) * gathered.weight <= weight { gathered.guide = index; }
+        }
+    }
     return gathered;
 }
 
@@ -56,7 +86,7 @@ fn probe_weight(pixel: vec2<u32>, surface: Surface, distance: f32, index: u32) -
     let facet = probes[index * 2u + 1u];
     let bits = bitcast<u32>(facet.w);
     let apart = (vec2<f32>(pixel) - vec2<f32>(vec2<u32>(bits & 0xffffu, bits >> 16u))) / (0.3 * f32(view.tile_size));
-    let near = exp2(-dot(apart, apart)) + 0.004;
+    let near = exp2(-dot(apart, apart)) + FAR_WEIGHT;
     return near * likeness(surface, Surface(true, probe.xyz, facet.xyz), distance);
 }
 

@@ -18,6 +18,21 @@ fn probe_index(tile: vec2<u32>, layer: u32) -> u32 {
     return (layer * view.tiles.y + tile.y) * view.tiles.x + tile.x;
 }
 
+// Where the cells of a level of mips begin in `probes`: each names, in its four quarters, the probe of one tile, counted from
+// one. Those of level 1 are two tiles wide.
+fn mip_start(level: u32) -> u32 {
+    var start = 2u * PROBE_LAYERS * view.tiles.x * view.tiles.y;
+    for (var below = 1u; below < level; below++) {
+        let cells = mip_cells(below);
+        start += cells.x * cells.y;
+    }
+    return start;
+}
+
+fn mip_cells(level: u32) -> vec2<u32> {
+    return (view.tiles + (1u << level) - 1u) >> vec2<u32>(level);
+}
+
 // Tiles that the last frame had.
 fn previous_tiles() -> vec2<u32> {
     let size = vec2<u32>(view.previous_size & 0xffffu, view.previous_size >> 16u);

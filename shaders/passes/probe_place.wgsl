@@ -8,19 +8,18 @@
 
 #import lib/history.wgsl
 #import lib/lag.wgsl
-#import lib/follow.wgsl
 #import lib/gather.wgsl
+#import lib/ration.wgsl
 
 struct ViewPush {
     frame_index: u32,
 }
 var<immediate> push: ViewPush;
 
-@res var<storage, read> probes_in: array<vec4<f32>>;
 // Two words of four floats a probe: position (camera-relative metres), one of PROBE_...; normal, its pixel's bits
 // (x | y << 16).
-@res var<storage, read_write> probes: array<vec4<f32>>;
-@res var<storage, read> probe_claims: array<u32>;
+// See `probe_reproject`; behind the claims, how many probes of each need and rank want to look.
+@res var<storage, read_write> probe_claims: array<atomic<u32>>;
 
 // Another line in `probe_adapt` (build.rs).
 const ADAPTS: bool = false;
@@ -39,7 +38,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= view.tiles.x * view.tiles.y { return; }
     let tile = vec2<u32>(id.x % view.tiles.x, id.x / view.tiles.x);
     let index = probe_index(tile, u32(ADAPTS));
-    let claim = probe_claims[index];
+    let claim = atomicLoad(&probe_claims[index]);
     var place = find_place(tile, push.frame_index);
     var kind = select(PROBE_NONE, PROBE_NEW, place.surface.valid);
     // Its pixel stands for the tile's: it is another one in each frame. What looks twice at the same probes finds the same
@@ -49,9 +48,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             place = find_place(tile, push.frame_index / view.gather_interval);
             kind = select(PROBE_NONE, PROBE_IN_TURN, place.surface.valid);
         } else if claim != 0u {
-            let source = claim & PROBE_MASK;
-            let old = probes_in[source * 2u];
-            let followed = follow_probe(old.xyz + view.camera_delta, probes_in[source * 2u + 1u].xyz);
+            let followed = follow_claim(claim);
             place = Place(followed.surface, followed.pixel);
             kind = PROBE_CARRIED;
             if ADAPTS && !rests(place) { kind = PROBE_NEW; }
@@ -59,8 +56,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             kind = PROBE_NONE;
         }
     }
-    probes[index * 2u] = vec4<f32>(place.surface.position, f32(kind));
-    probes[index * 2u + 1u] = vec4<f32>(place.surface.normal, bitcast<f32>(place.pixel.x | (place.pixel.y << 16u)));
+    store_probe(index, place.surface, place.pixel, kind);
+    if kind == PROBE_NONE || kind == PROBE_CARRIED { return; }
+    atomicAdd(&probe_claims[probe_order(tile, u32(ADAPTS), kind, claim, push.frame_index)], 1u);
 }
 
 fn rests(place: Place) -> bool {

@@ -54,6 +54,13 @@ const PROBE_NEW: u32 = 2u;
 const PROBE_IN_TURN: u32 = 3u;
 // Layers of screen probes.
 const PROBE_LAYERS: u32 = 2u;
+// How much a probe needs to look: no old one has come to its tile, or to that of its second layer; it is its turn; its pixels
+// have not been seen for long.
+const PROBE_NEEDS: u32 = 4u;
+// Places in the order in which those of the same need may look.
+const PROBE_RANKS: u32 = 256u;
+// Halvings of the probes' mips.
+const PROBE_MIPS: u32 = 3u;
 // Bits of a probe's index in what it claims a tile with.
 const PROBE_MASK: u32 = 0xfffffu;
 // What a debug view shows.

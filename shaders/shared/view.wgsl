@@ -47,4 +47,6 @@ struct View {
     lag_start: u32,
     // 1: the last frame has left lags.
     knows_lag: u32,
+    // So many probes look in a frame; 0: all that want to.
+    probes_per_frame: u32,
 }

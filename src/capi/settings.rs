@@ -88,6 +88,10 @@ pub struct BgiSettings {
     /// shadows. Up to two short rays a pixel, the larger part of what the gather costs. 0: it takes what probes say.
     /// Default 1.
     pub near_field: u32,
+    /// Screen probes of a view that look in a frame at most, 64 rays each, 0 to 1 048 576. Where more want to, tiles that would
+    /// have no probe come first, and what is put off keeps what it saw before; pixels without a probe take those of tiles
+    /// around. A 256th of them more may look, so that each comes to its turn. 0: no limit; the default.
+    pub probes_per_frame: u32,
 }
 
 structure_types! { BgiSettings = BGI_STRUCTURE_TYPE_SETTINGS }
@@ -116,6 +120,7 @@ impl From<Settings> for BgiSettings {
             single_bounce: from.single_bounce.into(),
             gather_interval: from.gather_interval,
             near_field: from.near_field.into(),
+            probes_per_frame: from.probes_per_frame,
         }
     }
 }
@@ -147,6 +152,7 @@ impl BgiSettings {
             simplify_voxels: self.simplify_voxels,
             gather_interval: self.gather_interval,
             near_field: input::flag(self.near_field, "nearField")?,
+            probes_per_frame: self.probes_per_frame,
         })
     }
 }

@@ -1,9 +1,10 @@
-//! Groups "probes" and "resolve": `probe_reproject`, `probe_place`, `probe_adapt`, `probe_carry`, `probe_trace`, `resolve`,
+//! Groups "probes" and "resolve": `probe_reproject`, `probe_place`, `probe_adapt`, `probe_ration`, `probe_mips`, `probe_carry`, `probe_trace`, `resolve`,
 //! `disocclusion`, `debug_view`, `composite`.
 
 use crate::context::DebugView;
 use crate::frame::{Command, Frame};
-use crate::gpu::shared::{CompositePush, DebugPush, PROBE_LAYERS, View, ViewPush};
+use crate::gpu::shared::{CompositePush, DebugPush, PROBE_LAYERS, PROBE_MIPS, View, ViewPush};
+use glam::UVec2;
 
 /// The irradiance of every pixel: by screen probes, or by each pixel's own rays. `watches`: the world has changed of late.
 pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, watches: bool, output_float32: bool) {
@@ -21,6 +22,10 @@ pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, watches: bool, o
         for pass in ["probe_place", "probe_adapt"] {
             frame.dispatch(pass, [(x * y).div_ceil(64), 1, 1], push);
         }
+        if (1..PROBE_LAYERS * x * y).contains(&view.probes_per_frame) {
+            frame.dispatch("probe_ration", [(PROBE_LAYERS * x * y).div_ceil(64), 1, 1], push);
+        }
+        frame.dispatch("probe_mips", [mip_cells(view.tiles.into()).div_ceil(64), 1, 1], ());
         if has_past {
             frame.dispatch("probe_carry", [x, y, PROBE_LAYERS], push);
         }
@@ -32,6 +37,11 @@ pub fn gather(frame: &mut Frame, view: &View, frame_index: u32, watches: bool, o
     if view.pixel_rays == 0 && view.history_max > 1 {
         frame.dispatch(disocclusion_pass(output_float32), groups, push);
     }
+}
+
+/// Cells of all mips of so many tiles of probes.
+pub fn mip_cells(tiles: UVec2) -> u32 {
+    (1..=PROBE_MIPS).map(|level| tiles.map(|side| side.div_ceil(1 << level)).element_product()).sum()
 }
 
 /// The pass that interpolates probes.

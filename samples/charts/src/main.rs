@@ -6,6 +6,7 @@ mod cuts;
 mod field;
 mod hall;
 mod measure;
+mod moves;
 mod radiosity;
 
 use anyhow::{Context as _, Result};
@@ -27,8 +28,8 @@ struct Args {
     /// Most bricks that change in a frame, 1 to 4096
     #[arg(long, default_value_t = 4096)]
     bricks: usize,
-    /// Only these tables: instances, bricks, lights, radiosity, cuts
-    #[arg(long, value_delimiter = ',', default_values = ["instances", "bricks", "lights", "radiosity", "cuts"])]
+    /// Only these tables: instances, bricks, lights, radiosity, cuts, moves
+    #[arg(long, value_delimiter = ',', default_values = ["instances", "bricks", "lights", "radiosity", "cuts", "moves"])]
     only: Vec<String>,
 }
 
@@ -71,6 +72,11 @@ fn run(args: &Args) -> Result<()> {
     }
     if is_wanted("cuts") {
         both("cuts", &cuts::error()?)?;
+    }
+    if is_wanted("moves") {
+        let [turn, flight] = moves::error()?;
+        both("turn", &turn)?;
+        both("flight", &flight)?;
     }
     Ok(())
 }

@@ -121,3 +121,35 @@ fn without_a_near_field_pixels_take_what_probes_say() {
     println!("NRMSE, mean: {apart:.4?}");
     assert!(apart[0] > 0.01 && apart[0] < 0.3 && apart[1].abs() < 0.05, "{apart:?}");
 }
+
+#[test]
+fn a_limit_of_probes_holds_and_leaves_nothing_black() {
+    let most = TILES / 4;
+    let [all, few] = [0, most].map(|probes_per_frame| {
+        let mut host = host_with(|settings| settings.probes_per_frame = probes_per_frame);
+        frames(&mut host, 64);
+        let camera = host.camera().clone();
+        let behind = [0, 1, 2].map(|axis| 2.0 * camera.position[axis] - camera.target[axis]);
+        host.set_camera(SceneCamera { target: behind, ..camera }).expect("a valid camera");
+        let cut = frames(&mut host, 1).pop().expect("a frame");
+        let first = image(&mut host);
+        let depth = host.read_depth().expect("depth");
+        let darkest = luminances(&first)
+            .iter()
+            .zip(&depth.pixels)
+            .filter(|(_, d)| **d > 0.0)
+            .map(|(l, _)| *l)
+            .fold(f64::MAX, f64::min);
+        let mean = luminances(&first).iter().sum::<f64>() / f64::from(SIZE[0] * SIZE[1]);
+        assert!(darkest > 0.02 * mean, "{darkest} of {mean}");
+        let later = frames(&mut host, 63);
+        let looked = later.iter().chain([&cut]).map(|stats| stats.probes_traced).max().expect("frames");
+        (looked, first, image(&mut host))
+    });
+    println!("at most {} probes look, of {} that want to", few.0, all.0);
+    // Those of one rank look together.
+    assert!(all.0 > TILES && few.0 <= most + TILES.div_ceil(64), "{} {}", all.0, few.0);
+    let [first, last] = [apart(&few.1, &all.2), apart(&few.2, &all.2)];
+    println!("NRMSE, mean: {first:.4?} in the first frame, {last:.4?} after 64");
+    assert!(first[0] < 0.15 && first[1].abs() < 0.05 && last[0] < 0.04 && last[1].abs() < 0.02, "{first:?} {last:?}");
+}

@@ -77,6 +77,9 @@ pub struct Args {
     /// Frames in which settled probes and pixels look once: 1, 2 or 4
     #[arg(long)]
     pub gather_interval: Option<u32>,
+    /// Screen probes that look in a frame at most; 0: no limit
+    #[arg(long)]
+    pub probes_per_frame: Option<u32>,
     /// Whether pixels look for what is near them, and hides their probes' light
     #[arg(long)]
     pub near_field: Option<bool>,
@@ -152,6 +155,7 @@ impl Args {
             probe_tile: self.probe_tile.unwrap_or(base.probe_tile),
             temporal_frames: self.temporal_frames.unwrap_or(base.temporal_frames),
             gather_interval: self.gather_interval.unwrap_or(base.gather_interval),
+            probes_per_frame: self.probes_per_frame.unwrap_or(base.probes_per_frame),
             near_field: self.near_field.unwrap_or(base.near_field),
             pixel_rays: self.pixel_rays.unwrap_or(base.pixel_rays),
             region_culling: self.region_culling.unwrap_or(base.region_culling),
