@@ -1,4 +1,5 @@
-// Screen probes: one a tile, and in a second layer one more where that does not stand for all of it, on a pixel's surface, with an 8 x 8 hemi-octahedral map of radiance about its normal.
+// Screen probes: one a tile, and in a second layer one more where that does not stand for all of it, on a pixel's surface,
+// with an 8 x 8 hemi-octahedral map of radiance about its normal.
 
 #import shared/view.wgsl
 #import lib/random.wgsl
